@@ -1,0 +1,53 @@
+"""Merge 2-D occupancy grids of unknown rotation, scale and translation by the rectangles of their free space."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rectmerge.alignment import Alignment, Candidate
+    from rectmerge.compose import compose
+    from rectmerge.errors import InputError, MapFileError, MethodError, RectMergeError
+    from rectmerge.grid import OccupancyGrid
+    from rectmerge.mapfile import read_map, write_map
+    from rectmerge.methods import align, make_method
+    from rectmerge.similarity import Similarity
+
+__version__ = "0.1.0"
+_HOME = {
+    "Alignment": "alignment",
+    "Candidate": "alignment",
+    "InputError": "errors",
+    "MapFileError": "errors",
+    "MethodError": "errors",
+    "OccupancyGrid": "grid",
+    "RectMergeError": "errors",
+    "Similarity": "similarity",
+    "align": "methods",
+    "compose": "compose",
+    "make_method": "methods",
+    "read_map": "mapfile",
+    "write_map": "mapfile",
+}
+__all__ = [
+    "Alignment",
+    "Candidate",
+    "InputError",
+    "MapFileError",
+    "MethodError",
+    "OccupancyGrid",
+    "RectMergeError",
+    "Similarity",
+    "align",
+    "compose",
+    "make_method",
+    "read_map",
+    "write_map",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'rectmerge' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"rectmerge.{_HOME[name]}"), name)

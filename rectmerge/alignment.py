@@ -1,0 +1,186 @@
+"""What an alignment is: a verdict, its reason, and the candidates with their evidence; and what a method is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
+from rectmerge.overlap import measure_agreement
+from rectmerge.similarity import Similarity
+
+Verdict = Literal["accepted", "ambiguous", "rejected"]
+ScaleSource = Literal["resolution", "search", "given"]
+SCHEMA = "rectmerge.alignment/1"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Candidate:
+    """One placement of B on A, with what speaks for it.
+
+    Parameters
+    ----------
+    b_to_a
+        From B's map frame to A's.
+    pixels
+        The same between the pixel centres of the two images.
+    confidence
+        Probability that this placement is right, 0..1.
+    overlap, conflict
+        As in `rectmerge.overlap.Agreement`.
+    covariance
+        Shape (4, 4) over (angle, ln scale, tx, ty) about the centroid of the overlap, in A's map frame; None where
+        the method has none.
+    evidence
+        What the method measured for this placement, by name.
+    """
+
+    b_to_a: Similarity
+    pixels: Similarity
+    confidence: float
+    overlap: float
+    conflict: float
+    covariance: NDArray[np.float64] | None = None
+    evidence: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def from_pixels(
+        cls,
+        pixels: Similarity,
+        a: OccupancyGrid,
+        b: OccupancyGrid,
+        *,
+        confidence: float,
+        covariance: NDArray[np.float64] | None = None,
+        evidence: Mapping[str, float] | None = None,
+    ) -> Candidate:
+        """Make a candidate from its pixel similarity, measuring how the two maps agree under it."""
+        agreement = measure_agreement(a, b, pixels)
+        return cls(
+            b_to_a=pixels_to_map_frame(pixels, a, b),
+            pixels=pixels,
+            confidence=confidence,
+            overlap=agreement.overlap,
+            conflict=agreement.conflict,
+            covariance=covariance,
+            evidence=evidence or {},
+        )
+
+    def as_dict(self, unit: str) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        return {
+            "b_to_a": _similarity_dict(self.b_to_a, unit),
+            "pixels": self.pixels.matrix.tolist(),
+            "confidence": self.confidence,
+            "overlap": self.overlap,
+            "conflict": self.conflict,
+            "covariance": None if self.covariance is None else self.covariance.tolist(),
+            "evidence": dict(self.evidence),
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScaleReport:
+    """The pixel scale (cells of A per cell of B): found, expected from the resolutions, and where bounds came from."""
+
+    found: float | None = None
+    expected: float | None = None
+    source: ScaleSource = "search"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Alignment:
+    """The answer to "how does B fit on A": truthy only when it is accepted.
+
+    Parameters
+    ----------
+    verdict
+        "accepted", "ambiguous" (several placements explain the maps about as well) or "rejected".
+    reason
+        One line a user can act on.
+    method
+        The name of the method that answered.
+    candidates
+        Best first, whatever the verdict; empty where nothing could be placed at all.
+    confidence
+        Probability that the best candidate is right, 0..1.
+    unit
+        Unit of A's map frame, "m" or "cells".
+    scale
+        What is known of the pixel scale.
+    quality
+        The accuracy of each map as the method measured it, by map ("a", "b") and by name.
+    trace
+        What the method did on its way, for reports: plain data.
+    seconds
+        Wall time.
+    """
+
+    verdict: Verdict
+    reason: str
+    method: str
+    candidates: tuple[Candidate, ...] = ()
+    confidence: float = 0.0
+    unit: str = "cells"
+    scale: ScaleReport = field(default_factory=ScaleReport)
+    quality: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    trace: Mapping[str, Any] = field(default_factory=dict)
+    seconds: float = 0.0
+
+    def __bool__(self) -> bool:
+        return self.verdict == "accepted"
+
+    @property
+    def b_to_a(self) -> Similarity | None:
+        """The accepted similarity from B's map frame to A's; None unless accepted."""
+        return self.candidates[0].b_to_a if self else None
+
+    @property
+    def pixels(self) -> Similarity | None:
+        """The accepted similarity between pixel centres; None unless accepted."""
+        return self.candidates[0].pixels if self else None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON: the content of ``alignment.json``."""
+        best = self.candidates[0] if self.candidates else None
+        return {
+            "schema": SCHEMA,
+            "verdict": self.verdict,
+            "reason": self.reason,
+            "confidence": self.confidence,
+            "method": self.method,
+            "b_to_a": None if self.b_to_a is None else _similarity_dict(self.b_to_a, self.unit),
+            "pixels": None if self.pixels is None else self.pixels.matrix.tolist(),
+            "scale": {"found": self.scale.found, "expected": self.scale.expected, "from": self.scale.source},
+            "overlap": best.overlap if best else None,
+            "conflict": best.conflict if best else None,
+            "quality": {name: dict(values) for name, values in self.quality.items()},
+            "candidates": [candidate.as_dict(self.unit) for candidate in self.candidates],
+            "seconds": self.seconds,
+        }
+
+
+class Method(Protocol):
+    """A way to align two maps: a frozen dataclass with a name, its parameters as fields, and `align`."""
+
+    @property
+    def name(self) -> str:
+        """The name people type."""
+
+    def align(
+        self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
+    ) -> Alignment:
+        """Place B on A; `scale` bounds the pixel scale (cells of A per cell of B)."""
+
+
+def _similarity_dict(similarity: Similarity, unit: str) -> dict[str, Any]:
+    return {
+        "scale": similarity.scale,
+        "angle_rad": similarity.angle,
+        "translation": [similarity.tx, similarity.ty],
+        "unit": unit,
+    }

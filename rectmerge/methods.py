@@ -1,0 +1,131 @@
+"""The registry of methods (entry points) and `align`, the question every method answers."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Literal, cast
+
+import cattrs
+import numpy as np
+
+from rectmerge.alignment import Alignment, Method, ScaleReport, ScaleSource
+from rectmerge.errors import InputError, MethodError
+from rectmerge.grid import OccupancyGrid
+
+GROUP = "rectmerge.methods"
+DEFAULT_METHOD = "paper"
+FREE_SCALE = (0.5, 2.0)
+EXPECTED_WITHIN = 0.10  # resolutions are trusted to this share first
+Scale = Literal["auto", "free"] | tuple[float, float] | float
+
+
+def available() -> dict[str, EntryPoint]:
+    """Return the registered methods by name, none of them imported yet."""
+    return {point.name: point for point in sorted(entry_points(group=GROUP), key=lambda point: point.name)}
+
+
+def make_method(name: str, **fields: object) -> Method:
+    """Make a registered method, with some of its fields set; a text value is read as the field's type.
+
+    Raises
+    ------
+    MethodError
+        If there is no such method or field, or a value does not fit.
+    """
+    points = available()
+    if name not in points:
+        raise MethodError(f"unknown method {name!r}; there are: {', '.join(points)}")
+    cls = points[name].load()
+    known = {f.name: f for f in dataclasses.fields(cls) if f.init}
+    for key in fields:
+        if key not in known:
+            raise MethodError(f"method {name!r} has no field {key!r}; it has: {', '.join(known)}")
+    try:
+        return cast(Method, cattrs.Converter(forbid_extra_keys=True).structure(_plain(fields), cls))
+    except (cattrs.BaseValidationError, ValueError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise MethodError(f"{name}: {error}") from error
+        details = "; ".join(cattrs.transform_error(error)) if isinstance(error, Exception) else str(error)
+        raise MethodError(f"{name}: {details}") from error
+
+
+def align(
+    a: OccupancyGrid,
+    b: OccupancyGrid,
+    *,
+    method: str | Method = DEFAULT_METHOD,
+    scale: Scale = "auto",
+    seed: int = 0,
+) -> Alignment:
+    """Find the similarity that takes map B into map A, or say why there is none.
+
+    Parameters
+    ----------
+    a, b
+        The two maps.
+    method
+        A registered name, or a method.
+    scale
+        What is known of the pixel scale, cells of A per cell of B. "auto": where both maps have a resolution, expect
+        their ratio within 10 % and search freely only if that finds nothing; else as "free". "free": 0.5 to 2.
+        ``(lo, hi)``: between these. A number: this.
+    seed
+        Same maps and seed, same answer.
+
+    Raises
+    ------
+    InputError
+        If the method or the scale cannot be used.
+    """
+    solver = make_method(method) if isinstance(method, str) else method
+    expected = None if a.resolution is None or b.resolution is None else b.resolution / a.resolution
+    started = time.perf_counter()
+    for name, grid in (("A", a), ("B", b)):
+        if not grid.free.any():
+            return Alignment(verdict="rejected", reason=f"map {name} has no free cell", method=solver.name, unit=a.unit)
+    bounds, source = _search_bounds(scale, expected)
+    found = solver.align(a, b, scale=bounds, rng=np.random.default_rng(seed))
+    if source == "resolution" and found.verdict == "rejected":
+        found, source = _search_freely(solver, a, b, found, expected or 1.0, seed)
+    best = found.candidates[0].pixels.scale if found.candidates else None
+    return dataclasses.replace(
+        found,
+        unit=a.unit,
+        scale=ScaleReport(found=best, expected=expected, source=source),
+        seconds=time.perf_counter() - started,
+    )
+
+
+def _search_bounds(scale: Scale, expected: float | None) -> tuple[tuple[float, float], ScaleSource]:
+    if scale == "auto" and expected is not None:
+        return (expected * (1 - EXPECTED_WITHIN), expected * (1 + EXPECTED_WITHIN)), "resolution"
+    if scale in ("auto", "free"):
+        return FREE_SCALE, "search"
+    try:
+        lo, hi = cast(tuple[float, float], scale) if isinstance(scale, tuple) else (float(scale), float(scale))
+    except (TypeError, ValueError):
+        raise InputError(f'scale must be "auto", "free", (lo, hi) or a number, got {scale!r}') from None
+    if not (math.isfinite(hi) and 0 < lo <= hi):
+        raise InputError(f"scale must satisfy 0 < lo <= hi, got {scale!r}")
+    return (lo, hi), "given"
+
+
+def _search_freely(
+    solver: Method, a: OccupancyGrid, b: OccupancyGrid, refused: Alignment, expected: float, seed: int
+) -> tuple[Alignment, ScaleSource]:
+    """Try every scale where the resolutions' ratio found nothing; keep the refusal unless that is accepted."""
+    found = solver.align(a, b, scale=FREE_SCALE, rng=np.random.default_rng(seed))
+    if not found:
+        return refused, "resolution"
+    ratio = found.candidates[0].pixels.scale / expected
+    hint = f"the maps fit at {ratio:.2f} times the scale their resolutions tell: is one resolution wrong?"
+    return dataclasses.replace(found, reason=f"{found.reason}; {hint}"), "search"
+
+
+def _plain(fields: dict[str, object]) -> dict[str, Any]:
+    """Read "true" and "false" as booleans, which a bare cast would both take for True."""
+    words = {"true": True, "false": False}
+    return {k: words.get(v.lower(), v) if isinstance(v, str) else v for k, v in fields.items()}
