@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rectmerge.alignment import Alignment, Candidate
-    from rectmerge.compose import compose
+    from rectmerge.composition import compose
     from rectmerge.errors import InputError, MapFileError, MethodError, RectMergeError
     from rectmerge.grid import OccupancyGrid
     from rectmerge.mapfile import read_map, write_map
@@ -25,7 +25,7 @@ _HOME = {
     "RectMergeError": "errors",
     "Similarity": "similarity",
     "align": "methods",
-    "compose": "compose",
+    "compose": "composition",
     "make_method": "methods",
     "read_map": "mapfile",
     "write_map": "mapfile",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
-from rectmerge.overlap import measure_agreement
+from rectmerge.overlap import Agreement, measure_agreement
 from rectmerge.similarity import Similarity
 
 Verdict = Literal["accepted", "ambiguous", "rejected"]
@@ -55,11 +55,12 @@ class Candidate:
         b: OccupancyGrid,
         *,
         confidence: float,
+        agreement: Agreement | None = None,
         covariance: NDArray[np.float64] | None = None,
         evidence: Mapping[str, float] | None = None,
     ) -> Candidate:
-        """Make a candidate from its pixel similarity, measuring how the two maps agree under it."""
-        agreement = measure_agreement(a, b, pixels)
+        """Make a candidate from its pixel similarity; how the maps agree under it is measured unless given."""
+        agreement = agreement or measure_agreement(a, b, pixels)
         return cls(
             b_to_a=pixels_to_map_frame(pixels, a, b),
             pixels=pixels,

@@ -12,6 +12,7 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 
 CONFLICT_REACH_CELLS = 2  # a wall this close to the other map's wall agrees with it
+MOST_WALL_CELLS = 20_000  # an evenly spaced choice of more says the same
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,32 +37,60 @@ class Agreement:
 
 def measure_agreement(a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) -> Agreement:
     """Measure overlap and conflict of B placed on A by the pixel similarity `pixels`."""
-    free_a, free_b = a.free, b.free
-    area_a, area_b = float(free_a.sum()), float(free_b.sum()) * pixels.scale**2
-    common = float((free_a & _sample(free_b, pixels, free_a.shape)).sum())
-    bad_b, seen_b = _walls_on_free(b, a, pixels)
-    bad_a, seen_a = _walls_on_free(a, b, pixels.inverse())
-    return Agreement(
-        overlap=min(1.0, common / max(1.0, min(area_a, area_b))),
-        iou=min(1.0, common / max(1.0, area_a + area_b - common)),
-        conflict=(bad_a + bad_b) / max(1, seen_a + seen_b),
-    )
+    return Comparison(a, b).measure(pixels)
 
 
-def _sample(mask_b: NDArray[np.bool_], pixels: Similarity, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Read a mask of B at every cell of A: nearest cell, False outside B."""
-    read = cv2.warpAffine(mask_b.view(np.uint8), pixels.matrix, shape[::-1], flags=cv2.INTER_NEAREST)
-    return read.astype(np.bool_)
+class Comparison:
+    """Two maps made ready to be compared under several placements.
+
+    Parameters
+    ----------
+    a, b
+        The maps; placements take pixels of B to pixels of A.
+    """
+
+    def __init__(self, a: OccupancyGrid, b: OccupancyGrid) -> None:
+        self._a, self._b = _Side.of(a), _Side.of(b)
+
+    def measure(self, pixels: Similarity) -> Agreement:
+        """Measure overlap and conflict of B placed on A by the pixel similarity `pixels`."""
+        a, b = self._a, self._b
+        area_a, area_b = float(a.free_cells), float(b.free_cells) * pixels.scale**2
+        size = a.free.shape[::-1]
+        b_free = cv2.warpAffine(b.free, pixels.matrix, size, flags=cv2.INTER_NEAREST)
+        common = float(cv2.countNonZero(cv2.bitwise_and(b_free, a.free)))
+        bad_b, seen_b = b.walls_on(a, pixels)
+        bad_a, seen_a = a.walls_on(b, pixels.inverse())
+        return Agreement(
+            overlap=min(1.0, common / max(1.0, min(area_a, area_b))),
+            iou=min(1.0, common / max(1.0, area_a + area_b - common)),
+            conflict=(bad_a + bad_b) / max(1, seen_a + seen_b),
+        )
 
 
-def _walls_on_free(source: OccupancyGrid, target: OccupancyGrid, pixels: Similarity) -> tuple[int, int]:
-    """Count `source` walls that fall on free space of `target` away from its walls, and those on known cells."""
-    points = np.argwhere(source.occupied)[:, ::-1]  # (N, 2) as (u, v)
-    u, v = np.rint(pixels.apply(points)).astype(np.int64).T
-    inside = (u >= 0) & (v >= 0) & (u < target.shape[1]) & (v < target.shape[0])
-    cells = v[inside], u[inside]
-    size = 2 * CONFLICT_REACH_CELLS + 1
-    near_wall = cv2.dilate(target.occupied.view(np.uint8), np.ones((size, size), np.uint8)).astype(np.bool_)
-    known = ~target.unknown[cells] | near_wall[cells]
-    on_free = target.free[cells] & ~near_wall[cells]
-    return int(on_free.sum()), int(known.sum())
+@dataclass(frozen=True, slots=True, eq=False)
+class _Side:
+    """One of the maps: its free mask, where it is known, where it is free away from walls, and its walls as (u, v)."""
+
+    free: NDArray[np.uint8]
+    free_cells: int
+    is_known: NDArray[np.bool_]
+    is_open: NDArray[np.bool_]
+    walls: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, grid: OccupancyGrid) -> _Side:
+        free, occupied = grid.free, grid.occupied
+        size = 2 * CONFLICT_REACH_CELLS + 1
+        near = cv2.dilate(occupied.view(np.uint8), np.ones((size, size), np.uint8)).astype(np.bool_)
+        walls = np.argwhere(occupied)[:, ::-1]  # (N, 2)
+        walls = walls[:: -(-len(walls) // MOST_WALL_CELLS) or 1]
+        return cls(free.view(np.uint8), int(np.count_nonzero(free)), free | occupied | near, free & ~near, walls)
+
+    def walls_on(self, other: _Side, pixels: Similarity) -> tuple[int, int]:
+        """Count this map's walls that fall on open space of another, and those on known cells."""
+        u, v = np.rint(pixels.apply(self.walls)).astype(np.intp).T
+        height, width = other.is_known.shape
+        inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
+        cells = v[inside], u[inside]
+        return int(other.is_open[cells].sum()), int(other.is_known[cells].sum())

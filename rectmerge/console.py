@@ -1,0 +1,123 @@
+"""What both commands share: known errors become one line and a status, unknown ones a line and a log."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+import tempfile
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rectmerge import __version__
+from rectmerge.errors import RectMergeError
+
+YES = 0
+NO = 1
+BAD_INPUT = 2
+AMBIGUOUS = 3
+INTERNAL = 70
+INTERRUPTED = 130
+BROKEN_PIPE = 141  # as a shell reports a reader that went away; 1 would mean "no"
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        typer.echo(__version__)
+        raise typer.Exit(YES)
+
+
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", metavar="", help="Keep progress and notes off stderr.")]
+Debug = Annotated[bool, typer.Option("--debug", metavar="", help="Show the traceback of any error.")]
+Version = Annotated[
+    bool,
+    typer.Option("--version", metavar="", help="Show the version and exit.", callback=_show_version, is_eager=True),
+]
+
+
+def run(app: typer.Typer, prog: str, args: Sequence[str] | None = None) -> int:
+    """Run a command line and return its exit status, whatever happens.
+
+    Parameters
+    ----------
+    app
+        The commands. A command answers by ``raise typer.Exit(status)``, or returns for status 0; it raises
+        `RectMergeError` for what the user can mend. Commands declare the options `Quiet` and `Debug`, and the
+        callback of the whole app `Version`.
+    prog
+        The name people type.
+    args
+        The words after it; None takes those of the process.
+
+    Returns
+    -------
+    int
+        0 yes, 1 no, 2 bad input (one line on stderr) or bad use (the usage text), 3 ambiguous, 70 internal error
+        (one line, and the path of a log with the traceback), 130 interrupted. ``--debug`` among the words shows the
+        traceback of any error as well.
+
+    Examples
+    --------
+    ``def main() -> None: sys.exit(console.run(app, "rectmerge"))``
+    """
+    words = list(sys.argv[1:] if args is None else args)
+    try:
+        typer.main.get_command(app).main(args=words, prog_name=prog)
+    except SystemExit as end:  # how a command line ends in every version of typer
+        return _status(end, prog)
+    except KeyboardInterrupt:
+        return _interrupted(prog)
+    except RectMergeError as error:
+        _show_traceback(words)
+        say(f"{prog}: {one_line(error)}")
+        return BAD_INPUT
+    except Exception as error:  # noqa: BLE001 - the outermost wrapper: a bug ends in a line and a log, not in a screenful
+        return _internal(prog, words, error)
+    return YES
+
+
+def say(line: str) -> None:
+    """Write a line to stderr, where progress, notes and errors go."""
+    typer.echo(line, err=True)
+
+
+def one_line(error: BaseException) -> str:
+    """Return an error's message as one line."""
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def _status(end: SystemExit, prog: str) -> int:
+    if isinstance(end.__context__, typer.Abort) or end.code == INTERRUPTED:
+        return _interrupted(prog)
+    if isinstance(end.__context__, OSError) and end.__context__.errno == errno.EPIPE:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing is left to complain to at exit
+        return BROKEN_PIPE
+    return end.code if isinstance(end.code, int) else YES if end.code is None else INTERNAL
+
+
+def _interrupted(prog: str) -> int:
+    say(f"{prog}: interrupted")
+    return INTERRUPTED
+
+
+def _internal(prog: str, words: Sequence[str], error: Exception) -> int:
+    text = "".join(traceback.format_exception(error))
+    message = f"{prog}: internal error: {type(error).__name__}: {one_line(error)}"
+    _show_traceback(words)
+    try:
+        handle, name = tempfile.mkstemp(prefix=f"{prog}-", suffix=".log")
+        with os.fdopen(handle, "w", encoding="utf-8") as log:
+            log.write(f"{prog} {__version__}, Python {sys.version}\nin {Path.cwd()}: {list(words)}\n\n{text}")
+        say(f"{message} (log: {name})")
+    except OSError:
+        say(f"{message} (no log could be written; --debug shows the traceback)")
+    return INTERNAL
+
+
+def _show_traceback(words: Sequence[str]) -> None:
+    if "--debug" in words:
+        traceback.print_exc()

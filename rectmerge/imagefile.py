@@ -1,0 +1,124 @@
+"""Image files as maps use them: checked before they are decoded, and written whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import struct
+import warnings
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
+
+from rectmerge.errors import MapFileError
+
+READABLE = ("PNG", "PPM", "BMP", "JPEG", "TIFF", "GIF")
+WRITABLE = {".pgm": "PPM", ".png": "PNG"}
+MAX_PIXELS = 150_000_000  # about 12,000 x 12,000: more would not fit a common machine's memory when it is aligned
+BROKEN = (  # what decoders raise on broken files
+    *(OSError, ValueError, TypeError, SyntaxError, EOFError, LookupError, ArithmeticError, AttributeError),
+    *(AssertionError, RuntimeError, struct.error),
+)
+
+
+class Pixels(NamedTuple):
+    """A decoded image: the sum of its colour channels, the sum of white, and where it is not fully transparent."""
+
+    values: NDArray[np.uint16]
+    full: int
+    opaque: NDArray[np.bool_] | None
+
+
+def read_pixels(path: Path) -> Pixels:
+    """Decode an image file (PGM, PNG, BMP, JPEG, TIFF, GIF; 8 or 16 bit; grey, colour or palette).
+
+    Raises
+    ------
+    MapFileError
+        If it is missing, not readable, not an image, truncated, or larger than 150 million pixels.
+    """
+    require_file(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Pillow warns of large images; the limit here is checked below
+            with Image.open(path, formats=READABLE) as image:
+                width, height = image.size
+                if width * height > MAX_PIXELS:
+                    raise _too_large(path, f"{width} x {height} pixels")
+                return _channels(image)
+    except MapFileError:
+        raise
+    except Image.DecompressionBombError:
+        raise _too_large(path, "its header tells an absurd size") from None
+    except UnidentifiedImageError:
+        what = "the file is empty" if path.stat().st_size == 0 else "not an image"
+        raise MapFileError(f"{path}: {what}; give a PGM or PNG, or the map's .yaml") from None
+    except PermissionError:
+        raise MapFileError(f"{path}: permission denied; make the file readable") from None
+    except BROKEN as error:
+        raise MapFileError(f"{path}: broken or truncated image ({error}); save or copy it again") from None
+
+
+def encode_image(image: NDArray[np.uint8], suffix: str) -> bytes:
+    """Encode a grey (H, W) or RGB (H, W, 3) image for a name that ends in `suffix`, ".pgm" or ".png"."""
+    encoded = io.BytesIO()
+    Image.fromarray(image).save(encoded, format=WRITABLE[suffix])
+    return encoded.getvalue()
+
+
+def require_file(path: Path) -> None:
+    """Raise MapFileError unless `path` is an existing regular file."""
+    try:
+        if path.is_file():
+            return
+        what = "is a directory; name a file in it" if path.is_dir() else "no such file; check the name"
+        if path.exists() and not path.is_dir():
+            what = "not a regular file; save the map to one first"
+    except (OSError, ValueError) as error:
+        what = f"no such file ({error})"
+    raise MapFileError(f"{path}: {what}")
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Write a file so that its name never holds half of it.
+
+    Raises
+    ------
+    MapFileError
+        If it cannot be written.
+    """
+    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        partial.write_bytes(data)
+        partial.replace(path)
+    except OSError as error:
+        raise MapFileError(f"{path}: cannot be written: {error.strerror or error}") from None
+    finally:
+        with contextlib.suppress(OSError):
+            partial.unlink(missing_ok=True)
+
+
+def _too_large(path: Path, what: str) -> MapFileError:
+    return MapFileError(f"{path}: {what}, more than {MAX_PIXELS // 10**6} million; crop it to its known cells")
+
+
+def _channels(image: Image.Image) -> Pixels:
+    opaque: NDArray[np.bool_] | None = None
+    if image.mode.startswith("I"):  # 16-bit grey
+        values = np.asarray(image)
+        if values.min() < 0 or values.max() > 65535:
+            raise ValueError(f"grey values up to {values.max()}, more than 16 bit")
+        return Pixels(values.astype(np.uint16), 65535, None)
+    if image.mode in ("LA", "RGBA", "PA") or "transparency" in image.info:
+        image = image.convert("LA" if image.mode in ("L", "LA") else "RGBA")
+        alpha = np.asarray(image.getchannel("A"))
+        opaque = None if alpha.all() else alpha > 0
+    grey = image.convert("L") if image.mode in ("1", "L", "LA") else image.convert("RGB")
+    array = np.asarray(grey, np.uint8)
+    if array.ndim == 2:
+        return Pixels(array.astype(np.uint16), 255, opaque)
+    return Pixels(array.sum(axis=2, dtype=np.uint16), 765, opaque)

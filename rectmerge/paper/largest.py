@@ -1,0 +1,34 @@
+"""Algorithm 1: the maximal empty rectangle of a grid."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.rectangles import Rectangle, largest_rectangle
+
+
+def find_mer(free: NDArray[np.bool_]) -> Rectangle | None:
+    """Find the maximal empty rectangle of a grid (Algorithm 1, eq. 1-2): the largest one.
+
+    Parameters
+    ----------
+    free
+        Mask of free cells (the paper's Gx), shape (H, W).
+
+    Returns
+    -------
+    Rectangle or None
+        None where no cell is free.
+
+    Raises
+    ------
+    InputError
+        If `free` is not a 2-D mask with at least one cell.
+
+    Notes
+    -----
+    Departs from the paper: the listing never pops T and resets neither k nor w; this is the prose, the largest
+    rectangle under the histogram of each column. Ties, open in the paper: smallest x, then bottom row, then top row.
+    """
+    return largest_rectangle(free)

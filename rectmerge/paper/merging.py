@@ -1,0 +1,275 @@
+"""Algorithm 5: the paper's method, from two maps to the placement of one on the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+
+from rectmerge.alignment import Alignment, Candidate
+from rectmerge.errors import InputError, RectMergeError
+from rectmerge.grid import OccupancyGrid
+from rectmerge.paper.iteration import Match, match_triangles
+from rectmerge.paper.orientation import orthogonal_orientation, smallest_turn
+from rectmerge.paper.placing import PlacedImage, ResampleFrom
+from rectmerge.paper.rmap import RMap, rmap
+from rectmerge.paper.triangles import shared_triangles
+from rectmerge.projection import dominant_angle
+from rectmerge.similarity import Similarity
+from rectmerge.specks import remove_specks
+
+BOUNDS_SLACK = 0.05  # how far the scale found may leave its bounds
+RUNAWAY = 2.0  # a scale further outside its bounds than this factor is not worth another pass
+UNINFORMED = 0.5  # the method has no evidence for or against its answer, and says so
+
+
+class _ConditionError(RectMergeError):
+    """A condition of the paper is not met; the message is the reason given to the user."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Paper:
+    """The paper's method (Algorithm 5), to the letter as far as the letter can run.
+
+    Parameters
+    ----------
+    n_rectangles
+        Empty spaces looked at for edges (Alg. 3, N).
+    tau_cells
+        Half the width of a line's region (Alg. 3).
+    slope_tolerance_deg
+        Lines on facing edges within this are parallel (Alg. 3).
+    path_depth
+        Length of the series of largest neighbours; 0 as in the paper: as long as the shortest, at least 1.
+    inclusive_sides
+        Sides one cell too long, as eq. 3 is printed.
+    delta_cells
+        Tolerance of eq. 8.
+    min_area_cells
+        Rectangles below this take no part in triangles.
+    max_rectangles
+        The largest rectangles of each map that take part in triangles.
+    swap_sides
+        Let eq. 8 also compare w with h, which partners at a quarter turn need. A repair.
+    resample_from
+        "original": every turn and rescaling reads the map as it was given; "previous": the last image, as printed.
+    angle_inside_loop
+        Repeat Algorithm 3 in every pass, as the text has it; the listing has it once, before the loop.
+    max_iterations
+        Passes of the loop before it is given up.
+    ratio_tolerance
+        A ratio this close to 1 counts as 1.
+    clean_specks
+        Remove specks before anything else. A repair.
+    orientation
+        "ransac": Algorithm 3; "projection": the projection profiles of the walls. A repair.
+
+    Notes
+    -----
+    It cannot tell a wrong merge from a right one: whatever the loop ends with is accepted, with confidence 0.5. Where
+    the loop does not end, the answer is a rejection, and the pass whose ratio was nearest to 1 is the candidate. The
+    random generator is not used: all combinations are compared instead of sampled.
+    """
+
+    name: ClassVar[str] = "paper"
+    n_rectangles: int = 10
+    tau_cells: float = 1.5
+    slope_tolerance_deg: float = 0.5
+    path_depth: int = 0
+    inclusive_sides: bool = False
+    delta_cells: float = 3.0
+    min_area_cells: int = 10
+    max_rectangles: int = 30
+    swap_sides: bool = False
+    resample_from: ResampleFrom = "original"
+    angle_inside_loop: bool = False
+    max_iterations: int = 10
+    ratio_tolerance: float = 0.005
+    clean_specks: bool = False
+    orientation: Literal["ransac", "projection"] = "ransac"
+
+    def __post_init__(self) -> None:
+        for field in ("n_rectangles", "min_area_cells", "max_iterations"):
+            if getattr(self, field) < 1:
+                raise InputError(f"{field} must be >= 1, got {getattr(self, field)}")
+        for field in ("tau_cells", "slope_tolerance_deg", "delta_cells", "path_depth", "ratio_tolerance"):
+            if not getattr(self, field) >= 0:
+                raise InputError(f"{field} must be >= 0, got {getattr(self, field)}")
+        if self.max_rectangles < 3:
+            raise InputError(f"max_rectangles must be >= 3, got {self.max_rectangles}")
+        if self.resample_from not in ("original", "previous"):
+            raise InputError(f'resample_from must be "original" or "previous", got {self.resample_from!r}')
+        if self.orientation not in ("ransac", "projection"):
+            raise InputError(f'orientation must be "ransac" or "projection", got {self.orientation!r}')
+
+    def align(
+        self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
+    ) -> Alignment:
+        """Place map B (the paper's map 2) on map A (map 1), or name the condition that a map does not meet."""
+        passes: list[_Pass] = []
+        try:
+            for step in self._passes(a, b, scale):
+                passes.append(step)
+                if self._ends(step) or _repeats(passes):
+                    break
+        except _ConditionError as reason:
+            if not passes:
+                return Alignment(verdict="rejected", reason=str(reason), method=self.name)
+            return self._answer(a, b, passes, scale, f"the ratio loop stopped: {reason}")
+        return self._answer(a, b, passes, scale, self._why_endless(passes))
+
+    def _passes(self, a: OccupancyGrid, b: OccupancyGrid, scale: tuple[float, float]) -> Iterator[_Pass]:
+        """Run the loop of Algorithm 5, one pass at a time."""
+        names = ("A", "B")
+        if self.clean_specks:
+            a, b = remove_specks(a), remove_specks(b)
+        images = [PlacedImage.of(grid.occupancy) for grid in (a, b)]
+        turns = [0.0, 0.0]
+        for number in range(self.max_iterations):  # Alg. 5, line 9
+            if number == 0 or self.angle_inside_loop:
+                turns = [self._turn(image, name) for image, name in zip(images, names, strict=True)]  # lines 2-5
+                images = [  # lines 6-7
+                    image.turned(turn, resample_from=self.resample_from)
+                    for image, turn in zip(images, turns, strict=True)
+                ]
+            found = [self._rmap(image, name) for image, name in zip(images, names, strict=True)]  # lines 10-11
+            match = self._match(*found)  # lines 12-13, 15
+            rescaled_by = images[1].pose.scale * match.ratio
+            placed = overlay(images, match)  # line 18, where the centres belong to these images
+            yield _Pass(match, placed, (turns[0], turns[1]), (len(found[0]), len(found[1])), rescaled_by)
+            if not scale[0] / RUNAWAY <= rescaled_by <= scale[1] * RUNAWAY:
+                raise _ConditionError(f"map B was to be rescaled by {rescaled_by:.4f}, far outside its bounds")
+            images[0] = images[0].turned(match.quarter_turns * math.pi / 2)  # line 14
+            images[1] = images[1].rescaled(match.ratio, resample_from=self.resample_from)  # line 16
+
+    def _turn(self, image: PlacedImage, name: str) -> float:
+        """Lambda of one map."""
+        grid = OccupancyGrid(image.cells)
+        found = self._rmap(image, name)
+        if self.orientation == "projection":
+            return smallest_turn(-dominant_angle(grid))
+        oriented = orthogonal_orientation(
+            found,
+            n_rectangles=self.n_rectangles,
+            tau_cells=self.tau_cells,
+            slope_tolerance_deg=self.slope_tolerance_deg,
+            path_depth=self.path_depth or None,
+        )
+        if oriented is None:
+            raise _ConditionError(f"map {name} has no pair of parallel edges on facing sides of an empty space")
+        return oriented.turn
+
+    def _rmap(self, image: PlacedImage, name: str) -> RMap:
+        found = rmap(OccupancyGrid(image.cells).free, inclusive_sides=self.inclusive_sides)
+        large = int((found.areas >= self.min_area_cells).sum())
+        if large < 3:
+            raise _ConditionError(
+                f"map {name} has fewer than three rectangles of at least {self.min_area_cells} cells: {large}"
+            )
+        return found
+
+    def _match(self, first: RMap, second: RMap) -> Match:
+        triangles = shared_triangles(
+            first.boxes,
+            second.boxes,
+            delta_cells=self.delta_cells,
+            min_area_cells=self.min_area_cells,
+            max_rectangles=self.max_rectangles,
+            swap_sides=self.swap_sides,
+        )
+        if triangles is None:
+            raise _ConditionError(
+                f"no three rectangles of map A have three of map B with sides within {self.delta_cells:g} cells"
+            )
+        return match_triangles(first, second, triangles)
+
+    def _ends(self, step: _Pass) -> bool:
+        return abs(step.match.ratio - 1) <= self.ratio_tolerance
+
+    def _why_endless(self, passes: list[_Pass]) -> str | None:
+        if self._ends(passes[-1]):
+            return None
+        ratios = ", ".join(f"{step.match.ratio:.4f}" for step in passes)
+        why = "the scale repeats" if _repeats(passes) else f"stopped after {len(passes)} iterations"
+        return f"the ratio loop does not end, {why}: ratios {ratios}"
+
+    def _answer(
+        self,
+        a: OccupancyGrid,
+        b: OccupancyGrid,
+        passes: list[_Pass],
+        scale: tuple[float, float],
+        endless: str | None,
+    ) -> Alignment:
+        final = passes[-1] if endless is None else min(passes, key=lambda step: abs(math.log(step.match.ratio)))
+        lo, hi = scale[0] * (1 - BOUNDS_SLACK), scale[1] * (1 + BOUNDS_SLACK)
+        found = final.pixels.scale
+        reason, verdict = f"the ratio loop ended after {len(passes)} iterations", "accepted"
+        if endless is not None:
+            reason, verdict = endless, "rejected"
+        elif not lo <= found <= hi:
+            reason = f"the scale found, {found:.4f}, is outside {scale[0]:g} to {scale[1]:g} by more than 5 %"
+            verdict = "rejected"
+        confidence = UNINFORMED if verdict == "accepted" else 0.0
+        return Alignment(
+            verdict="accepted" if verdict == "accepted" else "rejected",
+            reason=reason,
+            method=self.name,
+            candidates=(Candidate.from_pixels(final.pixels, a, b, confidence=confidence),),
+            confidence=confidence,
+            trace={"iterations": [step.as_trace() for step in passes]},
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Pass:
+    """One pass of the loop: what matched, the placement it gives, and the figures for the trace."""
+
+    match: Match
+    pixels: Similarity
+    turns: tuple[float, float]
+    counts: tuple[int, int]
+    scale_after: float
+
+    def as_trace(self) -> dict[str, Any]:
+        return {
+            "lambda_a_deg": math.degrees(self.turns[0]),
+            "lambda_b_deg": math.degrees(self.turns[1]),
+            **self.match.as_trace(),
+            "rectangles_a": self.counts[0],
+            "rectangles_b": self.counts[1],
+            "cumulative_ratio": self.scale_after,
+        }
+
+
+def _repeats(passes: list[_Pass]) -> bool:
+    """Tell whether map 2 has come back to a scale it had before."""
+    scales = [1.0] + [step.scale_after for step in passes]
+    return any(abs(scales[-1] / before - 1) < 1e-9 for before in scales[:-1])
+
+
+def overlay(images: list[PlacedImage], match: Match) -> Similarity:
+    """Overlap the centres of the shared rectangles (Algorithm 5, line 18).
+
+    Parameters
+    ----------
+    images
+        Map 1 and map 2 as they were matched.
+    match
+        What their shared triangles say.
+
+    Returns
+    -------
+    Similarity
+        From pixels of the original map 2 to pixels of the original map 1: exactly what was done to both images, with
+        the translation that brings the centroids of the two triangles together.
+    """
+    turn = Similarity(1.0, -match.quarter_turns * math.pi / 2)  # clockwise in pixels
+    rescale = Similarity(match.ratio, 0.0, (match.ratio - 1) / 2, (match.ratio - 1) / 2)
+    target = turn.apply(match.centres[0]).mean(axis=0)
+    source = rescale.apply(match.centres[1]).mean(axis=0)
+    shift = Similarity(1.0, 0.0, float(target[0] - source[0]), float(target[1] - source[1]))
+    return (turn @ images[0].pose).inverse() @ shift @ rescale @ images[1].pose

@@ -1,0 +1,105 @@
+"""The folder that a merge writes: never over other results, never over its inputs, never half."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.errors import InputError
+from rectmerge.grid import OccupancyGrid
+from rectmerge.imagefile import encode_image, replace_file
+from rectmerge.mapfile import write_map
+
+OWN = re.compile(r"alignment\.json|overlay(_\d+)?\.png|conflict\.png|merged\.(yaml|pgm)")
+INNERMOST_LIST = re.compile(r"\[\n[-+.\w\s,]*\n\s*\]")  # of numbers: shown on one line
+
+
+@dataclass(frozen=True, slots=True)
+class ResultFolder:
+    """A folder for the results of one merge.
+
+    Parameters
+    ----------
+    path
+        The folder; it may not exist yet, or hold other files, which stay as they are.
+    """
+
+    path: Path
+
+    def check(self, inputs: Iterable[Path], *, force: bool) -> None:
+        """Refuse a folder that cannot take results.
+
+        Raises
+        ------
+        InputError
+            If it is not a folder or not writable, would overwrite an input, or holds results and `force` is False.
+        """
+        if self.path.exists() and not self.path.is_dir():
+            raise InputError(f"{self.path}: is not a folder; name another with -o")
+        existing = next(p for p in (self.path.absolute(), *self.path.absolute().parents) if p.exists())
+        if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
+            raise InputError(f"{self.path}: cannot be written; name another folder with -o")
+        for file in inputs:
+            named = {file.absolute(), file.resolve()}  # a link counts by its own name as well
+            if any(p.parent.resolve() == self.path.resolve() and OWN.fullmatch(p.name) for p in named):
+                raise InputError(
+                    f"{file}: is an input, and results in {self.path} would replace it; name another folder"
+                )
+        if (held := self._own_files()) and not force:
+            names = ", ".join(sorted(p.name for p in held))
+            raise InputError(f"{self.path}: holds results ({names}); name another folder, or --force replaces them")
+
+    def write(
+        self, alignment: dict[str, Any], pictures: dict[str, NDArray[np.uint8]], merged: OccupancyGrid | None
+    ) -> list[Path]:
+        """Clear earlier results and write new ones, ``alignment.json`` last; return the files.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be written.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            for file in self._own_files():
+                file.unlink()
+        except OSError as error:
+            raise InputError(f"{self.path}: cannot be written: {error.strerror or error}") from None
+        for name, picture in pictures.items():
+            replace_file(self.path / name, encode_image(picture, ".png"))
+        names = list(pictures)
+        if merged is not None:
+            write_map(merged, self.path / "merged.yaml")
+            names += ["merged.yaml", "merged.pgm"]
+        replace_file(self.path / "alignment.json", (to_json(alignment) + "\n").encode())
+        return [self.path / name for name in (*names, "alignment.json")]
+
+    def _own_files(self) -> list[Path]:
+        if not self.path.is_dir():
+            return []
+        return [p for p in self.path.iterdir() if OWN.fullmatch(p.name) and (p.is_file() or p.is_symlink())]
+
+
+def to_json(data: object) -> str:
+    """Return plain data as JSON that every program reads: what is not a finite number becomes null."""
+    text = json.dumps(_plain(data), indent=2, allow_nan=False)
+    return INNERMOST_LIST.sub(lambda found: " ".join(found[0].split()).replace("[ ", "[").replace(" ]", "]"), text)
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, dict):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, np.generic | np.ndarray):
+        return _plain(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value

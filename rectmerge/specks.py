@@ -1,0 +1,63 @@
+"""Specks: single cells that contradict everything around them, which noise leaves in a map."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.errors import InputError
+from rectmerge.grid import FREE, OccupancyGrid
+
+
+def remove_specks(grid: OccupancyGrid, *, max_speck_cells: int = 2) -> OccupancyGrid:
+    """Remove small patches that stand alone: not free ones inside free space, free ones inside the rest.
+
+    Parameters
+    ----------
+    grid
+        The map; it is not changed.
+    max_speck_cells
+        Patches of at most so many cells are specks, cells that touch at a corner taken together; 0 changes nothing.
+
+    Returns
+    -------
+    OccupancyGrid
+        In it specks in free space are free, and free specks have the value of the neighbour that is most occupied.
+
+    Raises
+    ------
+    InputError
+        If `max_speck_cells` is negative.
+
+    Examples
+    --------
+    >>> cells = np.zeros((5, 5), np.int8)
+    >>> cells[2, 2] = 100
+    >>> int(remove_specks(OccupancyGrid(cells)).occupancy.max())
+    0
+    """
+    if max_speck_cells < 0:
+        raise InputError(f"max_speck_cells must be >= 0, got {max_speck_cells}")
+    cells = grid.occupancy.copy()
+    cells[_small_patches(~grid.free, max_speck_cells)] = FREE
+    free = grid.free | (cells == FREE)
+    stray = _small_patches(free, max_speck_cells)
+    # a free patch takes the greatest value around it, read with the free cells hidden
+    around = cv2.dilate(
+        np.where(free, -1, cells).astype(np.int16), np.ones((3, 3), np.uint8), iterations=max_speck_cells
+    )
+    cells[stray] = around[stray].astype(np.int8)
+    return OccupancyGrid(cells, grid.resolution, grid.origin)
+
+
+def _small_patches(mask: NDArray[np.bool_], most: int) -> NDArray[np.bool_]:
+    """Mark the connected patches of at most `most` cells that do not touch the border."""
+    _, patches, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    height, width = mask.shape
+    left, top, w, h, area = stats.T
+    inside = (left > 0) & (top > 0) & (left + w < width) & (top + h < height)
+    small = (area <= most) & inside
+    small[0] = False  # the background
+    marked: NDArray[np.bool_] = small[patches]
+    return marked

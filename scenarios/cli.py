@@ -1,0 +1,254 @@
+"""The command `rectbench`: run methods over suites and data sets, and show the main job whole."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rectmerge import console
+from rectmerge.console import Debug, Quiet, Version
+
+if TYPE_CHECKING:
+    from scenarios.pairs import PairSource
+    from scenarios.rows import Contender, Row
+
+app = typer.Typer(
+    help="Benchmark map merging on simulated and real pairs with known truth.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+LEGEND = """
+right: accepted and right, k (rate, 95 % interval by place). wrong: accepted
+though wrong; of unrelated pairs, false merges. unsure: ambiguous, with / without
+the truth among the first five. no: rejected. fail: error, timeout, out of memory.
+e: median error in cells of A over all n, a row without candidate counting as
+worst; e right: of those right. bent pairs are in the other strata too."""
+
+
+@app.callback()
+def rectbench(version: Version = False) -> None:
+    """Benchmark map merging on simulated and real pairs with known truth."""
+
+
+@app.command()
+def run(
+    target: Annotated[
+        str, typer.Argument(metavar="SUITE|DATASET", help="A suite's name or file, or a data set's folder.")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="RUN", help="Folder for the run.")],
+    method: Annotated[
+        list[str] | None, typer.Option("--method", "-m", help="A method, or a label of the suite; may be repeated.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="M.F=V", help="Set a field of a method; may be repeated.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of every answer.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes; 1 works in this process.")] = 1,
+    force: Annotated[bool, typer.Option("--force", help="Clear an earlier run in the folder first.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Put methods to every pair of a suite or a data set and score the answers.
+
+    RUN gets run.toml, machine.json, results.jsonl (results.jsonl.part until the run is complete) and summary.json. An
+    earlier run is refused without --force; a run cannot be resumed. With one worker a method that kills its process
+    ends the run; with more it costs its own rows.
+    """
+    contest = _contest(target, method or [], settings or [])
+    summary = _run(contest, output, seed=seed, workers=workers, force=force, quiet=quiet)
+    if as_json:
+        typer.echo(json.dumps(summary, indent=2))
+    else:
+        _show_summary(summary)
+
+
+@app.command()
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the pictures.")] = Path(
+        "demo"
+    ),
+    force: Annotated[bool, typer.Option("--force", help="Clear an earlier demo in the folder first.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Show the main job whole: simulate two robots, build their maps, merge, score, draw.
+
+    Ends with status 0 when the chain ran, whether the answers were right or wrong; the table says which.
+    """
+    from scenarios.demo import run_demo
+
+    shown = run_demo(output, force=force, say=(lambda line: None) if quiet else console.say)
+    _show_table(*shown.table())
+    typer.echo(f"pictures: {output / 'demo.png'} and {len(shown.pictures) - 1} more in {output}")
+
+
+@app.command()
+def headline(
+    run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A finished run of the suite headline.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.md", help="Where the report goes.")],
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Write the five marks of the paper's experiment, rebuilt, and its trace, from a run of the suite headline."""
+    from scenarios.headline import write_report
+
+    write_report(run_folder, output)
+    typer.echo(f"written: {output}")
+
+
+@app.command()
+def suites() -> None:
+    """List the suites that come with the package."""
+    from scenarios.scenario import load_suite, suite_names
+
+    rows = []
+    for name in suite_names():
+        suite = load_suite(name)
+        pairs = sum(len(source.pair_ids) for source in suite.sources())
+        rows.append([name, str(pairs), ", ".join(entry.label for entry in suite.methods) or "-", suite.title])
+    _show_table(["suite", "pairs", "methods", "what"], rows)
+
+
+@app.command()
+def worlds() -> None:
+    """List the families of buildings that can be simulated."""
+    from sim.floorplans import families
+
+    _show_table(["family", "what"], [[name, line] for name, line in families().items()])
+
+
+def main() -> None:
+    """Run the command and exit with its status."""
+    sys.exit(console.run(app, "rectbench"))
+
+
+def _command() -> str:
+    return f"rectbench {shlex.join(sys.argv[1:])}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Contest:
+    """What is run, on what, and what the run's record says of it."""
+
+    name: str
+    sources: Sequence[PairSource]
+    contenders: list[Contender]
+    about: dict[str, Any]
+
+
+def _contest(target: str, methods: Sequence[str], settings: Sequence[str]) -> _Contest:
+    """Find out what is run, on what: the suite's own contenders where no method is named."""
+    from rectmerge.methods import DEFAULT_METHOD
+    from scenarios.dataset import open_dataset
+    from scenarios.rows import contenders_of
+
+    if Path(target).is_dir():
+        pairs = open_dataset(target)
+        contenders = contenders_of(methods or [DEFAULT_METHOD], [], settings)
+        return _Contest(Path(target).resolve().name, pairs, contenders, {})
+    from scenarios.scenario import load_suite
+
+    suite = load_suite(target)
+    names = methods or [entry.label for entry in suite.methods] or [DEFAULT_METHOD]
+    about = {"title": suite.title, "scenarios": [asdict(scenario) for scenario in suite.scenarios]}
+    return _Contest(suite.name, suite.sources(), contenders_of(names, suite.methods, settings), about)
+
+
+def _run(contest: _Contest, output: Path, *, seed: int, workers: int, force: bool, quiet: bool) -> dict[str, Any]:
+    """Run a contest with progress, and stop the workers in the middle of it where it is interrupted."""
+    from scenarios import bench
+    from scenarios.executors import Workers
+
+    executor = Workers(workers) if workers > 1 else None
+    done = False
+    try:
+        total = sum(len(source.pair_ids) for source in contest.sources) * len(contest.contenders)
+        with _progress(total, quiet) as on_rows:
+            summary = bench.run(
+                contest.sources,
+                contest.contenders,
+                output,
+                suite=contest.name,
+                seed=seed,
+                executor=executor,
+                force=force,
+                about={**contest.about, "workers": workers},
+                command=_command(),
+                on_rows=on_rows,
+            )
+        done = True
+        return summary
+    finally:
+        if executor:
+            executor.shutdown(wait=done)
+
+
+@contextmanager
+def _progress(total: int, quiet: bool) -> Iterator[Callable[[Sequence[Row]], None]]:
+    """Show on stderr how many rows are done, how many are right so far, and when the rest will be."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    times = (TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
+    with Progress(*columns, *times, console=Console(stderr=True), disable=quiet) as progress:
+        task = progress.add_task("starting", total=total)
+        right = 0
+
+        def on_rows(rows: Sequence[Row]) -> None:
+            nonlocal right
+            right += sum(row["outcome"] == "right-accepted" for row in rows)
+            progress.update(task, advance=len(rows), description=f"{right} right")
+
+        yield on_rows
+
+
+def _show_summary(summary: Mapping[str, Any]) -> None:
+    """Print one line per method and stratum."""
+    rows = []
+    for method, strata in summary["methods"].items():
+        rows.append([method])
+        rows += [[f"  {name}", *_cells(name, part)] for name, part in strata.items()]
+    _show_table(["", "n", "right", "wrong", "unsure", "no", "fail", "e", "e right", "s"], rows)
+    typer.echo(LEGEND)
+
+
+def _cells(stratum: str, part: Mapping[str, Any]) -> list[str]:
+    outcomes, right = part["outcomes"], part["right_accepted"]
+    rate = f"{100 * right['rate']:.0f} %, {100 * right['low']:.0f}-{100 * right['high']:.0f}"
+    failed = sum(outcomes.get(name, 0) for name in ("error", "timeout", "out-of-memory"))
+    return [
+        str(part["n"]),
+        "-" if stratum == "unrelated" else f"{right['k']} ({rate})",
+        str(outcomes.get("wrong-accepted", 0)),
+        f"{outcomes.get('ambiguous-with-truth', 0)} / {outcomes.get('ambiguous-without-truth', 0)}",
+        str(outcomes.get("rejected", 0)),
+        str(failed),
+        *("-" if part[key] is None else f"{part[key]:.2f}" for key in ("median_e_px", "median_e_px_right")),
+        "-" if part["median_wall_s"] is None else f"{part['median_wall_s']:.2f}",
+    ]
+
+
+def _show_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table as plain text, the same on a terminal and in a file."""
+    full = [heads, *([*row, *[""] * (len(heads) - len(row))] for row in rows)]
+    widths = [max(len(row[column]) for row in full) for column in range(len(heads))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in full]
+    typer.echo("\n".join([lines[0], "-" * max(map(len, lines)), *lines[1:]]))

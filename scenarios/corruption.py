@@ -1,0 +1,139 @@
+"""Damage to a finished map: each kind with a strength and a generator, and the noise levels made of them."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.errors import InputError
+from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+
+NOISE_LEVELS = (0, 1, 2, 3)
+SALT, EDGE_FLIPS, WALL_DROPOUT = 0.01, 0.04, 0.03  # shares at level 1; each further level doubles them
+DOUBLE_WALLS, SPURIOUS_RAYS_PER_CELL, BLOBS_PER_CELL = 0.05, 1e-4, 3e-5  # at level 2, per known cell; level 3 doubles
+PATCH_CELLS = 24  # double walls come in patches of about this size
+
+
+def damage(grid: OccupancyGrid, level: int, rng: np.random.Generator) -> OccupancyGrid:
+    """Damage the cells of a map as a noise level says.
+
+    Parameters
+    ----------
+    grid
+        The map as the scanner's readings made it.
+    level
+        0: untouched. 1: salt on 1 % of free cells, 4 % of the cells beside walls flipped, 3 % of wall cells lost.
+        2: twice that, spurious rays, double walls on 5 % of the walls, blobs. 3: twice again.
+    rng
+        Same map, level and generator, same damage.
+
+    Raises
+    ------
+    InputError
+        If there is no such level.
+    """
+    strength = noise_strength(level)
+    if strength == 0:
+        return grid
+    if level >= 2:
+        known = int((~grid.unknown).sum())
+        grid = double_walls(grid, DOUBLE_WALLS * strength / 2, rng)
+        grid = spurious_rays(grid, round(SPURIOUS_RAYS_PER_CELL * known * strength / 2), rng)
+        grid = blobs(grid, round(BLOBS_PER_CELL * known * strength / 2), rng)
+    grid = wall_dropout(grid, WALL_DROPOUT * strength, rng)
+    grid = wall_edge_flips(grid, EDGE_FLIPS * strength, rng)
+    return salt(grid, SALT * strength, rng)
+
+
+def noise_strength(level: int) -> float:
+    """Return 0, 1, 2, 4 for the noise levels 0 to 3: what multiplies the shares of level 1 and the scanner's noise.
+
+    Raises
+    ------
+    InputError
+        If there is no such level.
+    """
+    if level not in NOISE_LEVELS:
+        raise InputError(f"noise must be one of {', '.join(map(str, NOISE_LEVELS))}, got {level!r}")
+    return 0.0 if level == 0 else 2.0 ** (level - 1)
+
+
+def salt(grid: OccupancyGrid, share: float, rng: np.random.Generator) -> OccupancyGrid:
+    """Turn a share of the free cells, chosen one by one, to occupied."""
+    return _with(grid, _chosen(grid.free, share, rng), OCCUPIED)
+
+
+def wall_dropout(grid: OccupancyGrid, share: float, rng: np.random.Generator) -> OccupancyGrid:
+    """Turn a share of the occupied cells, chosen one by one, to unknown."""
+    return _with(grid, _chosen(grid.occupied, share, rng), UNKNOWN)
+
+
+def wall_edge_flips(grid: OccupancyGrid, share: float, rng: np.random.Generator) -> OccupancyGrid:
+    """Flip a share of the cells where free space and walls touch: free to occupied and occupied to free."""
+    beside_free, beside_wall = _beside(grid.free), _beside(grid.occupied)
+    flipped = _chosen((grid.free & beside_wall) | (grid.occupied & beside_free), share, rng)
+    return _with(grid, flipped, np.where(grid.free, OCCUPIED, FREE))
+
+
+def double_walls(grid: OccupancyGrid, share: float, rng: np.random.Generator) -> OccupancyGrid:
+    """Draw a share of the walls, in patches, a second time two to four cells aside, as a slipped scan does."""
+    _check_share(share)
+    walls = np.argwhere(grid.occupied)  # (N, 2)
+    cells = grid.occupancy.copy()
+    drawn, wanted = 0, share * len(walls)
+    while drawn < wanted:
+        near = np.abs(walls - walls[rng.integers(len(walls))]).max(axis=1) <= PATCH_CELLS // 2
+        angle, reach = rng.uniform(0, 2 * np.pi), rng.uniform(2, 4)
+        ghost = walls[near] + np.rint([reach * np.sin(angle), reach * np.cos(angle)]).astype(int)
+        inside = ((ghost >= 0) & (ghost < grid.shape)).all(axis=1)
+        cells[tuple(ghost[inside].T)] = OCCUPIED
+        drawn += int(near.sum())
+    return OccupancyGrid(cells, grid.resolution, grid.origin)
+
+
+def spurious_rays(grid: OccupancyGrid, count: int, rng: np.random.Generator) -> OccupancyGrid:
+    """Draw thin free rays from free cells through whatever is there, 20 to 80 cells long, as glass and mirrors do."""
+    starts = np.argwhere(grid.free)
+    cells = np.ascontiguousarray(grid.occupancy).copy()
+    for _ in range(count if len(starts) else 0):
+        row, col = starts[rng.integers(len(starts))]
+        angle, reach = rng.uniform(0, 2 * np.pi), rng.uniform(20, 80)
+        end = (int(col + reach * np.cos(angle)), int(row + reach * np.sin(angle)))
+        mark = cv2.line(np.zeros(grid.shape, np.uint8), (int(col), int(row)), end, 1)
+        cells[mark.astype(np.bool_)] = FREE
+    return OccupancyGrid(cells, grid.resolution, grid.origin)
+
+
+def blobs(grid: OccupancyGrid, count: int, rng: np.random.Generator) -> OccupancyGrid:
+    """Put discs of 2 to 5 cells radius on free cells, occupied or unknown, as people and unseen corners do."""
+    starts = np.argwhere(grid.free)
+    cells = grid.occupancy.copy()
+    rows, cols = np.indices(grid.shape)
+    for _ in range(count if len(starts) else 0):
+        row, col = starts[rng.integers(len(starts))]
+        radius, value = rng.uniform(2, 5), OCCUPIED if rng.random() < 0.5 else UNKNOWN
+        cells[(rows - row) ** 2 + (cols - col) ** 2 <= radius**2] = value
+    return OccupancyGrid(cells, grid.resolution, grid.origin)
+
+
+def _chosen(mask: NDArray[np.bool_], share: float, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Choose each cell of a mask with probability `share`."""
+    _check_share(share)
+    picked: NDArray[np.bool_] = mask & (rng.random(mask.shape) < share)
+    return picked
+
+
+def _check_share(share: float) -> None:
+    if not 0 <= share <= 1:
+        raise InputError(f"a share must lie in 0..1, got {share}")
+
+
+def _beside(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Cells that a mask covers or touches, corners included."""
+    return cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)).astype(np.bool_)
+
+
+def _with(grid: OccupancyGrid, mask: NDArray[np.bool_], value: int | NDArray[np.int64]) -> OccupancyGrid:
+    """The same grid with other cells under a mask."""
+    return OccupancyGrid(np.where(mask, value, grid.occupancy).astype(np.int8), grid.resolution, grid.origin)

@@ -1,0 +1,258 @@
+"""The physics: a PyBullet client with one building, robots that drive by their wheels, laser rays and a camera."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import math
+import os
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.errors import InputError, SimulationError
+from sim.world import SCAN_HEIGHT_M, Prism, World
+
+WHEEL_RADIUS_M, TRACK_M = 0.05, 0.28  # as in robot.urdf
+WHEEL_TORQUE_NM = 2.0
+RAY_BIT, ROBOT_BIT, WORLD_BIT, FLOOR_BIT = 1, 64, 128, 256  # collision groups; rays are in PyBullet's first
+MOST_RAYS = 3999  # a larger batch comes back empty without a word
+SOLVER_ITERATIONS = 10
+CAMERA_FOV_DEG, CUT_M = 30.0, 1.3  # pictures show walls and furniture cut at this height
+URDF = Path(__file__).parent / "robot.urdf"
+
+
+@contextlib.contextmanager
+def physics(world: World, *, hz: int = 60) -> Iterator[Physics]:
+    """Open a physics client with a world in it; closed on the way out, whatever happens.
+
+    Raises
+    ------
+    SimulationError
+        If PyBullet is not installed or gives no client.
+    """
+    bullet = _pybullet()
+    client = bullet.connect(bullet.DIRECT)
+    if client < 0:
+        raise SimulationError("PyBullet gave no physics client: too many are open in this process")
+    try:
+        yield Physics(bullet, client, world, hz)
+    finally:
+        bullet.disconnect(physicsClientId=client)
+
+
+class Physics:
+    """One building with robots in it; made by `physics`.
+
+    Robots touch walls, furniture and floor, not each other: each maps the building as if alone.
+    """
+
+    def __init__(self, bullet: Any, client: int, world: World, hz: int) -> None:
+        self._bullet, self._client, self._world = bullet, client, world
+        self._wheels: dict[int, tuple[int, int]] = {}
+        self._has_colours = False
+        bullet.setGravity(0, 0, -9.81, physicsClientId=client)
+        bullet.setPhysicsEngineParameter(
+            fixedTimeStep=1.0 / hz,
+            numSolverIterations=SOLVER_ITERATIONS,
+            deterministicOverlappingPairs=1,
+            physicsClientId=client,
+        )
+        floor = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
+        vertices, triangles = mesh(world.obstacles)
+        building = bullet.createCollisionShape(
+            bullet.GEOM_MESH,
+            vertices=vertices.tolist(),
+            indices=triangles.ravel().tolist(),
+            flags=bullet.GEOM_FORCE_CONCAVE_TRIMESH,
+            physicsClientId=client,
+        )
+        for body, group in ((self._static(collision=floor), FLOOR_BIT), (self._static(collision=building), WORLD_BIT)):
+            bullet.setCollisionFilterGroupMask(body, -1, group, ROBOT_BIT | RAY_BIT, physicsClientId=client)
+            bullet.changeVisualShape(body, -1, rgbaColor=[1, 1, 1, 0], physicsClientId=client)
+
+    def add_robot(self, pose: NDArray[np.float64]) -> int:
+        """Put a robot at (x, y, yaw); returns its number."""
+        bullet, client = self._bullet, self._client
+        turn = bullet.getQuaternionFromEuler([0.0, 0.0, float(pose[2])])
+        robot: int = bullet.loadURDF(str(URDF), [float(pose[0]), float(pose[1]), 0.002], turn, physicsClientId=client)
+        count = bullet.getNumJoints(robot, physicsClientId=client)
+        names = {bullet.getJointInfo(robot, k, physicsClientId=client)[1].decode(): k for k in range(count)}
+        self._wheels[robot] = (names["left_wheel_joint"], names["right_wheel_joint"])
+        for link in range(-1, count):
+            bullet.setCollisionFilterGroupMask(robot, link, ROBOT_BIT, WORLD_BIT | FLOOR_BIT, physicsClientId=client)
+            is_wheel = link in self._wheels[robot]
+            bullet.changeDynamics(robot, link, lateralFriction=1.0 if is_wheel else 0.01, physicsClientId=client)
+        return robot
+
+    def drive(self, robot: int, speed_m_s: float, turn_rad_s: float) -> None:
+        """Set the wheels' speeds for a forward speed and a rate of turn."""
+        aside = turn_rad_s * TRACK_M / 2
+        self._bullet.setJointMotorControlArray(
+            robot,
+            self._wheels[robot],
+            self._bullet.VELOCITY_CONTROL,
+            targetVelocities=[(speed_m_s - aside) / WHEEL_RADIUS_M, (speed_m_s + aside) / WHEEL_RADIUS_M],
+            forces=[WHEEL_TORQUE_NM, WHEEL_TORQUE_NM],
+            physicsClientId=self._client,
+        )
+
+    def step(self) -> None:
+        """Advance by one time step."""
+        self._bullet.stepSimulation(physicsClientId=self._client)
+
+    def pose(self, robot: int) -> NDArray[np.float64]:
+        """Return where a robot is, (x, y, yaw)."""
+        at, turn = self._bullet.getBasePositionAndOrientation(robot, physicsClientId=self._client)
+        x, y, z, w = turn
+        return np.array([at[0], at[1], math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))])
+
+    def wheel_angles(self, robot: int) -> tuple[float, float]:
+        """Return how far the left and the right wheel have turned, radians."""
+        left, right = self._bullet.getJointStates(robot, self._wheels[robot], physicsClientId=self._client)
+        return float(left[0]), float(right[0])
+
+    def cast(self, pose: NDArray[np.float64], angles: NDArray[np.float64], max_range_m: float) -> NDArray[np.float64]:
+        """Cast rays from a pose in a plane at the lasers' height.
+
+        Parameters
+        ----------
+        pose
+            (x, y, yaw).
+        angles
+            Shape (N,), radians from the pose's heading.
+        max_range_m
+            Length of the rays.
+
+        Returns
+        -------
+        NDArray
+            Shape (N,): distance to the first wall or piece of furniture, inf where there is none.
+        """
+        heading = pose[2] + angles
+        start = np.array([pose[0], pose[1], SCAN_HEIGHT_M])
+        reach = np.stack([np.cos(heading), np.sin(heading), np.zeros_like(heading)], axis=-1) * max_range_m  # (N, 3)
+        parts = [self._cast(start, start + reach[k : k + MOST_RAYS]) for k in range(0, len(reach), MOST_RAYS)]
+        share = np.concatenate(parts)
+        return np.where(share < 1.0, share * max_range_m, np.inf)
+
+    def _cast(self, start: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.float64]:
+        hits = self._bullet.rayTestBatch(
+            [start.tolist()] * len(ends), ends.tolist(), collisionFilterMask=WORLD_BIT, physicsClientId=self._client
+        )
+        if len(hits) != len(ends):
+            raise SimulationError(f"PyBullet answered {len(hits)} of {len(ends)} rays")
+        return np.array([hit[2] if hit[0] >= 0 else 1.0 for hit in hits])
+
+    def camera(self, width: int = 800, height: int = 600) -> NDArray[np.uint8]:
+        """Take a picture from above and a little aside, walls cut low; returns shape (height, width, 3), RGB.
+
+        Raises
+        ------
+        InputError
+            If the picture has no pixels or more than 4096 on a side.
+        """
+        if not (1 <= width <= 4096 and 1 <= height <= 4096):
+            raise InputError(f"a picture is 1 to 4096 pixels each way, got {width} x {height}")
+        self._colour()
+        bullet, client, (sx, sy) = self._bullet, self._client, self._world.size
+        slant = math.radians(24)
+        reach = max(sx * height / width, sy) * 0.57 / math.tan(math.radians(CAMERA_FOV_DEG / 2)) + CUT_M
+        eye = [sx / 2, sy / 2 - reach * math.sin(slant), reach * math.cos(slant)]
+        view = bullet.computeViewMatrix(eye, [sx / 2, sy / 2, 0.0], [0, 1, 0])
+        lens = bullet.computeProjectionMatrixFOV(CAMERA_FOV_DEG, width / height, 1.0, 4 * reach)
+        picture = bullet.getCameraImage(
+            width,
+            height,
+            view,
+            lens,
+            lightDirection=[-6.0, -9.0, 20.0],
+            shadow=1,
+            renderer=bullet.ER_TINY_RENDERER,
+            physicsClientId=client,
+        )[2]
+        return np.asarray(picture, dtype=np.uint8).reshape(height, width, 4)[..., :3].copy()
+
+    def _colour(self) -> None:
+        """Give floor, walls and furniture their looks, once, when a picture is wanted."""
+        if self._has_colours:
+            return
+        self._has_colours = True
+        sx, sy = self._world.size
+        ground = Prism(np.array([[-sx, -sy], [2 * sx, -sy], [2 * sx, 2 * sy], [-sx, 2 * sy]]), 1.0)
+        floor = Prism(np.array([[0, 0], [sx, 0], [sx, sy], [0, sy]]), 1.0)
+        self._show([ground], [0.46, 0.52, 0.44, 1.0], drop=1.02)
+        self._show([floor], [0.80, 0.74, 0.66, 1.0], drop=1.0)
+        self._show([replace(p, top=min(p.top, CUT_M)) for p in self._world.walls], [0.93, 0.93, 0.91, 1.0])
+        low = [replace(p, top=min(p.top, CUT_M - 0.05)) for p in self._world.furniture]
+        self._show(low, [0.58, 0.42, 0.28, 1.0])
+
+    def _show(self, prisms: Iterable[Prism], colour: list[float], drop: float = 0.0) -> None:
+        vertices, triangles = mesh(prisms)
+        if not len(vertices):
+            return
+        corners = vertices[triangles]  # (M, 3, 3)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        shape = self._bullet.createVisualShape(
+            self._bullet.GEOM_MESH,
+            vertices=(corners.reshape(-1, 3) - [0, 0, drop]).tolist(),
+            indices=list(range(3 * len(corners))),
+            normals=np.repeat(normals, 3, axis=0).tolist(),
+            rgbaColor=colour,
+            specularColor=[0.05, 0.05, 0.05],
+            physicsClientId=self._client,
+        )
+        self._static(visual=shape)
+
+    def _static(self, collision: int = -1, visual: int = -1) -> int:
+        body: int = self._bullet.createMultiBody(0.0, collision, visual, [0.0, 0.0, 0.0], physicsClientId=self._client)
+        return body
+
+
+def mesh(prisms: Iterable[Prism]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the sides and tops of prisms as vertices (N, 3) and triangles (M, 3), seen from outside."""
+    vertices, triangles, count = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], 0
+    for prism in prisms:
+        n = len(prism.outline)
+        vertices += [np.column_stack([prism.outline, np.full(n, z)]) for z in (prism.bottom, prism.top)]
+        k = np.arange(n)
+        after = (k + 1) % n
+        fan = np.column_stack([np.zeros(n - 2, dtype=np.int64), k[1:-1], k[2:]]) + n
+        faces = [np.column_stack([k, after, n + after]), np.column_stack([k, n + after, n + k]), fan]
+        triangles.append(np.concatenate(faces) + count)
+        count += 2 * n
+    return np.concatenate(vertices), np.concatenate(triangles)
+
+
+@functools.cache
+def _pybullet() -> Any:
+    """Import PyBullet, which prints a line on the error stream from C."""
+    sys.stderr.flush()
+    try:
+        kept = os.dup(2)
+    except OSError:  # there is no error stream to keep clean
+        return _import()
+    try:
+        with Path(os.devnull).open("wb") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+            return _import()
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+
+
+def _import() -> Any:
+    try:
+        import pybullet
+    except ImportError as error:
+        raise SimulationError(
+            "the simulation needs PyBullet, which has wheels for Python 3.11 and earlier: "
+            "use Python 3.11 and `pip install rectmerge[sim]`"
+        ) from error
+    return pybullet

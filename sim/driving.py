@@ -1,0 +1,144 @@
+"""Where a robot can drive in a world: the clearance field, spots to stand on, shortest paths and a path follower."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.errors import SimulationError
+from sim import _kernels
+from sim.world import Room, World, covers
+
+ROBOT_RADIUS_M = 0.2
+KEEP_OFF_M = 0.3  # centre of the robot to the nearest obstacle, at least
+COMFORT_M = 0.6  # closer than this to an obstacle, a path costs more
+CELL_M = 0.1
+LOOK_AHEAD_M = 0.45
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DriveField:
+    """The clearance of every cell of a world, and which cells belong to its largest drivable part.
+
+    Parameters
+    ----------
+    clearance
+        Shape (H, W), metres to the nearest obstacle, row 0 at the bottom.
+    is_drivable
+        Shape (H, W).
+    """
+
+    clearance: NDArray[np.float64]
+    is_drivable: NDArray[np.bool_]
+
+
+def drivable(world: World) -> DriveField:
+    """Find where a robot can drive."""
+    cells = world.raster(CELL_M / 2).free[::-1].view(np.uint8)
+    cells = np.pad(cells, ((0, cells.shape[0] % 2), (0, cells.shape[1] % 2)))
+    clearance = cv2.distanceTransform(np.pad(cells, 1), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1] * (CELL_M / 2)
+    clearance = np.minimum.reduce([clearance[r::2, c::2] for r in (0, 1) for c in (0, 1)])
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        (clearance >= KEEP_OFF_M).astype(np.uint8), connectivity=4
+    )
+    if count < 2:
+        raise SimulationError("a robot fits nowhere in this world")
+    largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
+    return DriveField(clearance.astype(np.float64), labels == largest)
+
+
+def standing_spot(field: DriveField, room: Room) -> NDArray[np.float64] | None:
+    """Choose a roomy spot (x, y) near the middle of a room, in the drivable part; None where there is none."""
+    rows, cols = np.nonzero(field.is_drivable)
+    points = cell_centres(rows, cols)  # (N, 2)
+    inside = covers(room.outline, points)
+    if not inside.any():
+        return None
+    roomy = np.minimum(field.clearance[rows[inside], cols[inside]], 1.0)
+    offset = points[inside] - room.outline.mean(axis=0)
+    spot: NDArray[np.float64] = points[inside][np.argmax(roomy - 0.1 * np.hypot(offset[:, 0], offset[:, 1]))]
+    return spot
+
+
+def shortest_path(
+    field: DriveField, start: NDArray[np.float64], goal: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], float]:
+    """Find the cheapest way from start to goal; cells near obstacles cost more.
+
+    Parameters
+    ----------
+    field
+        Where driving is possible.
+    start, goal
+        Points (2,) in metres; a start outside the drivable part leaves it by the nearest drivable cell.
+
+    Returns
+    -------
+    path, cost
+        Waypoints, shape (N, 2), metres, about one per cell, and the cost in metres of comfortable driving.
+
+    Raises
+    ------
+    SimulationError
+        If there is no way.
+    """
+    price = np.where(field.is_drivable, 1.0 + 6.0 * np.maximum(0.0, COMFORT_M - field.clearance), np.inf)
+    cost = _kernels.cost_to_goal(price, *nearest_drivable(field, goal))
+    row, col = nearest_drivable(field, start)
+    if not math.isfinite(cost[row, col]):
+        raise SimulationError(f"no way from {np.round(start, 2).tolist()} to {np.round(goal, 2).tolist()}")
+    cells = _kernels.descend(cost, row, col)  # (N, 2)
+    return cell_centres(*cells.T), float(cost[row, col]) * CELL_M
+
+
+def cell_centres(rows: NDArray[np.int64], cols: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the centres of cells of a drive field, shape (N, 2), metres."""
+    centres: NDArray[np.float64] = (np.stack([cols, rows], axis=-1).astype(np.float64) + 0.5) * CELL_M
+    return centres
+
+
+def nearest_drivable(field: DriveField, point: NDArray[np.float64]) -> tuple[int, int]:
+    """Return the drivable (row, col) nearest to a point in metres."""
+    rows, cols = np.nonzero(field.is_drivable)
+    away = np.hypot((cols + 0.5) * CELL_M - point[0], (rows + 0.5) * CELL_M - point[1])
+    k = int(np.argmin(away))
+    return int(rows[k]), int(cols[k])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Steering:
+    """A follower of paths for a differential drive: turn towards a point ahead, slow down where it lies aside.
+
+    Parameters
+    ----------
+    speed_m_s, turn_rad_s
+        Limits of the forward speed and of the rate of turn.
+    """
+
+    speed_m_s: float = 0.8
+    turn_rad_s: float = 2.0
+
+    def command(self, pose: NDArray[np.float64], target: NDArray[np.float64]) -> tuple[float, float]:
+        """Return the forward speed (m/s) and rate of turn (rad/s) that lead from a pose (x, y, yaw) to a point."""
+        away = target - pose[:2]
+        error = math.remainder(math.atan2(away[1], away[0]) - pose[2], math.tau)
+        turn = max(-self.turn_rad_s, min(self.turn_rad_s, 3.0 * error))
+        ahead = max(0.0, math.cos(error)) ** 3 if abs(error) < 1.2 else 0.0
+        return self.speed_m_s * ahead * min(1.0, float(np.hypot(*away)) / 0.4 + 0.2), turn
+
+
+def look_ahead(
+    path: NDArray[np.float64], position: NDArray[np.float64], reached: int
+) -> tuple[NDArray[np.float64], int]:
+    """Return the point of a path to steer to, and the index of the path's point nearest to the position.
+
+    `reached` is the index found before: the search never goes back and looks at the next two metres only.
+    """
+    window = path[reached : reached + 20]
+    nearest = reached + int(np.argmin(np.hypot(window[:, 0] - position[0], window[:, 1] - position[1])))
+    aim = min(len(path) - 1, nearest + max(1, round(LOOK_AHEAD_M / CELL_M)))
+    return path[aim], nearest

@@ -1,0 +1,200 @@
+import json
+import math
+
+import numpy as np
+import pytest
+
+from rectmerge.alignment import Method
+from rectmerge.errors import InputError, MethodError
+from rectmerge.grid import OccupancyGrid
+from rectmerge.methods import make_method
+from rectmerge.paper.iteration import final_quarter_turns
+from rectmerge.paper.merging import Paper
+from rectmerge.similarity import Similarity
+from tests.rectmerge.paper import plans
+
+PLAN = plans.floor_plan()
+
+
+def place(a: OccupancyGrid, b: OccupancyGrid, scale=(0.5, 2.0), **fields):
+    method: Method = Paper(**fields)
+    return method.align(a, b, scale=scale, rng=np.random.default_rng(0))
+
+
+def made_pair(degrees_a: float, degrees_b: float, ratio: float = 1.0):
+    """Two views of the plan, and the truth from B's pixels to A's; `ratio` is the pixel scale."""
+    (a, to_a), (b, to_b) = plans.moved(PLAN, degrees_a), plans.moved(PLAN, degrees_b, 1 / ratio)
+    return a, b, to_a @ to_b.inverse()
+
+
+@pytest.mark.parametrize("degrees", [27, 33, 0])
+def test_a_map_merged_with_itself_gives_identity(degrees):
+    a, _ = plans.moved(PLAN, degrees)
+    found = place(a, a)
+
+    assert found, found.reason
+    assert plans.placement_error(found.pixels, Similarity(), a.shape) < 0.01
+
+
+@pytest.mark.parametrize(("degrees_a", "degrees_b"), [(27, 225), (27, 207), (0, 180), (207, 27)])
+def test_a_made_turn_is_recovered(degrees_a, degrees_b):
+    a, b, truth = made_pair(degrees_a, degrees_b)
+    found = place(a, b)
+
+    assert found, found.reason
+    assert plans.placement_error(found.pixels, truth, b.shape) < 1.5
+
+
+@pytest.mark.parametrize(("degrees_a", "degrees_b"), [(0, 90), (27, 117), (0, 270)])
+def test_a_quarter_turn_is_recovered_once_sides_may_swap(degrees_a, degrees_b):
+    a, b, truth = made_pair(degrees_a, degrees_b)
+    found = place(a, b, swap_sides=True)
+
+    assert found, found.reason
+    assert plans.placement_error(found.pixels, truth, b.shape) < 1.5
+
+
+def test_a_made_scale_is_recovered():
+    a, b, truth = made_pair(0, 180, 1.1875)
+    found = place(a, b)
+
+    assert found, found.reason
+    assert found.pixels.scale == pytest.approx(truth.scale, rel=0.01)
+    assert plans.placement_error(found.pixels, truth, b.shape) < 0.01 * math.hypot(*a.shape)
+
+
+def test_swapped_inputs_give_the_inverse():
+    a, b, _ = made_pair(27, 225)
+    there, back = place(a, b), place(b, a)
+
+    assert there
+    assert back
+    assert plans.placement_error(there.pixels @ back.pixels, Similarity(), a.shape) < 2
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {},
+        {"inclusive_sides": True},
+        {"path_depth": 2},
+        {"resample_from": "previous"},
+        {"angle_inside_loop": True},
+        {"orientation": "projection", "clean_specks": True, "swap_sides": True},
+    ],
+)
+def test_every_switch_runs_on_noisy_maps_and_repeats_its_answer(fields):
+    a, b, _ = made_pair(27, 225, 1.1875)
+    rng = np.random.default_rng(5)
+    a, b = plans.damaged(a, rng), plans.damaged(b, rng)
+
+    first, second = (place(a, b, **fields).as_dict() for _ in range(2))
+
+    assert first == second
+    assert first["reason"]
+
+
+def test_specks_do_not_hide_the_walls_from_the_repaired_method():
+    a, b, truth = made_pair(27, 225)
+    rng = np.random.default_rng(5)
+    a, b = (plans.damaged(grid, rng, salt=0.005, flips=0) for grid in (a, b))
+    found = place(a, b, clean_specks=True, orientation="projection", min_area_cells=60)
+
+    assert found, found.reason
+    assert plans.placement_error(found.pixels, truth, b.shape) < 0.01 * math.hypot(*a.shape)
+
+
+def test_the_trace_tells_every_pass_in_plain_data():
+    a, b, _ = made_pair(27, 225)
+    trace = place(a, b).trace
+
+    step = json.loads(json.dumps(trace))["iterations"][0]
+    assert step["lambda_a_deg"] == pytest.approx(-27, abs=0.5)
+    assert step["lambda_b_deg"] == pytest.approx(-45, abs=0.5)
+    assert step["lambda_f_deg"] == 180
+    assert len(step["delta_a"]) == len(step["delta_b"]) == 3
+    assert step["min_j"] >= 0
+    assert step["cumulative_ratio"] == step["ratio"]
+    assert step["rectangles_a"] > 3
+
+
+ONE_ROOM = OccupancyGrid(np.pad(np.zeros((30, 40), np.int8), 3, constant_values=100))
+NOTHING = OccupancyGrid(np.full((30, 40), -1, np.int8))
+
+
+@pytest.mark.parametrize(("bad", "why"), [(ONE_ROOM, "three rectangles"), (NOTHING, "three rectangles")])
+@pytest.mark.parametrize("name", ["A", "B"])
+def test_a_map_with_too_few_rectangles_is_named(bad, why, name):
+    found = place(*((bad, PLAN) if name == "A" else (PLAN, bad)))
+
+    assert found.verdict == "rejected"
+    assert f"map {name}" in found.reason
+    assert why in found.reason
+
+
+def test_a_map_without_parallel_edges_is_named():
+    found = place(PLAN, OccupancyGrid(np.where(plans.stairs(), 0, 100).astype(np.int8)))
+
+    assert found.verdict == "rejected"
+    assert "map B has no pair of parallel edges" in found.reason
+
+
+def test_maps_without_a_common_triangle_are_refused():
+    huge, _ = plans.moved(PLAN, 0, 4.0)
+    found = place(PLAN, huge, min_area_cells=3000)
+
+    assert found.verdict == "rejected"
+    assert "no three rectangles" in found.reason
+
+
+def test_a_scale_outside_its_bounds_is_refused_and_told():
+    a, b, _ = made_pair(0, 180)
+    found = place(a, b, scale=(1.2, 1.4))
+
+    assert found.verdict == "rejected"
+    assert "outside 1.2 to 1.4" in found.reason
+    assert found.candidates[0].pixels.scale == pytest.approx(1, abs=0.01)
+
+
+def test_a_loop_that_does_not_end_is_refused_with_its_ratios():
+    a, b, _ = made_pair(27, 225, 1.1875)
+    found = place(a, b, max_iterations=1)
+
+    assert found.verdict == "rejected"
+    assert "does not end" in found.reason
+    assert f"{found.trace['iterations'][0]['ratio']:.4f}" in found.reason
+
+
+@pytest.mark.parametrize("quarters", range(4))
+def test_the_final_rotation_is_the_quarter_turn_between_the_medians(quarters):
+    triangle = np.array([[0.0, 0.0], [30.0, 4.0], [28.0, -9.0]])
+    turned = Similarity(1.0, -quarters * math.pi / 2).apply(triangle)  # v points down
+
+    assert final_quarter_turns(triangle, turned) == quarters
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"n_rectangles": 0},
+        {"min_area_cells": 0},
+        {"max_iterations": 0},
+        {"max_rectangles": 2},
+        {"tau_cells": -1.0},
+        {"delta_cells": math.nan},
+        {"path_depth": -1},
+        {"orientation": "compass"},
+        {"resample_from": "next"},
+    ],
+)
+def test_a_field_that_cannot_be_is_refused_by_name(fields):
+    with pytest.raises(InputError, match=next(iter(fields))):
+        Paper(**fields)
+
+
+def test_fields_are_read_from_the_command_line_as_text():
+    method = make_method("paper", delta_cells="2", swap_sides="true", orientation="projection")
+
+    assert method == Paper(delta_cells=2.0, swap_sides=True, orientation="projection")
+    with pytest.raises(MethodError, match="paper"):
+        make_method("paper", orientation="compass")

@@ -1,0 +1,145 @@
+import math
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rectmerge.errors import InputError
+from rectmerge.paper.orientation import (
+    EDGES,
+    edge_lines,
+    edge_points,
+    edge_rectangles,
+    largest_neighbours,
+    orthogonal_orientation,
+    smallest_turn,
+)
+from rectmerge.paper.rmap import rmap
+from tests import naive
+from tests.rectmerge.paper import plans
+
+
+def residual_deg(turn: float, degrees: float) -> float:
+    """How far a turn leaves a map, turned by so many degrees, from the axes."""
+    return abs(math.remainder(math.degrees(turn) + degrees, 90))
+
+
+def turned_room(degrees: float) -> np.ndarray:
+    grid = np.zeros((160, 220), np.uint8)
+    corners = cv2.boxPoints(((110.0, 80.0), (120.0, 60.0), -degrees))
+    cv2.fillPoly(grid, [np.rint(corners).astype(np.int32)], 1)
+    return grid > 0
+
+
+def test_fourteen_elements_make_ninety_one_lines():
+    points = np.random.default_rng(0).random((14, 2))
+
+    assert len(edge_lines(points).angles) == math.comb(14, 2) == 91
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(2, 8), st.floats(0.5, 4))
+def test_inliers_agree_with_counting_line_by_line(seed, count, tolerance):
+    points = np.unique(np.random.default_rng(seed).integers(0, 12, (count, 2)), axis=0).astype(float)
+
+    assert edge_lines(points, tau_cells=tolerance).inliers.tolist() == naive.line_inliers(points, tolerance)
+
+
+@pytest.mark.parametrize("degrees", [-40, -27, -12, 7, 18, 27, 33, 42])
+def test_a_turned_room_is_laid_along_the_axes(degrees):
+    found = orthogonal_orientation(rmap(turned_room(degrees)))
+
+    assert found is not None
+    assert residual_deg(found.turn, degrees) < 2
+
+
+@pytest.mark.parametrize("degrees", [27, 117, 207, 297, 225])
+def test_a_turned_plan_is_laid_along_the_axes_to_half_a_degree(degrees):
+    grid, _ = plans.moved(plans.floor_plan(), degrees)
+    found = orthogonal_orientation(rmap(grid.free))
+
+    assert found is not None
+    assert residual_deg(found.turn, degrees) < 0.5
+
+
+def test_the_turn_by_45_degrees_is_negative_as_in_the_paper():
+    grid, _ = plans.moved(plans.floor_plan(), 225)
+    found = orthogonal_orientation(rmap(grid.free))
+
+    assert found is not None
+    assert math.degrees(found.turn) == pytest.approx(-45, abs=0.5)
+
+
+@given(st.floats(-10, 10))
+def test_the_smallest_turn_brings_an_angle_to_an_axis(angle):
+    turn = smallest_turn(angle)
+
+    assert math.radians(-45.5) <= turn <= math.radians(44.5)
+    assert abs(math.remainder(angle - turn, math.pi / 2)) < 1e-9
+
+
+def test_a_series_steps_to_the_largest_neighbour_and_visits_nothing_twice():
+    found = rmap(turned_room(27))
+
+    for side, series in largest_neighbours(found, 1).items():
+        assert series
+        assert len({1, *series}) == 1 + len(series)
+        for here, there in zip([1, *series], series, strict=False):
+            fresh = [n for n in found.connections(here, side).tolist() if n not in {1, *series[: series.index(there)]}]
+            assert there == min(fresh)
+
+
+def test_the_shortest_series_cuts_the_others_unless_a_depth_is_given():
+    found = rmap(turned_room(27))
+    series = largest_neighbours(found, 1)
+    shortest = min(map(len, series.values()))
+
+    assert edge_rectangles(found, 1) == edge_rectangles(found, 1, path_depth=shortest)
+    assert len(edge_rectangles(found, 1, path_depth=1)["NW"]) < len(edge_rectangles(found, 1)["NW"])
+
+
+def test_an_edge_holds_its_two_series_and_their_outward_neighbours():
+    found = rmap(turned_room(27))
+    series = largest_neighbours(found, 1)
+    depth = min(map(len, series.values()))
+
+    wanted = {1, *series["up"][:depth], *series["left"][:depth]}
+    wanted |= {int(n) for member in series["up"][:depth] for n in found.connections(member, "left")}
+    wanted |= {int(n) for member in series["left"][:depth] for n in found.connections(member, "up")}
+
+    assert edge_rectangles(found, 1)["NW"] == sorted(wanted)
+
+
+def test_vertices_lie_on_the_side_their_edge_names():
+    found = rmap(np.ones((4, 6), bool))
+
+    corners = {edge: edge_points(found, [1], edge).tolist() for edge in EDGES}
+
+    assert corners == {"NW": [[0, 0]], "NE": [[6, 0]], "SW": [[0, 4]], "SE": [[6, 4]]}
+
+
+def test_an_orthogonal_room_is_left_as_it_is():
+    found = orthogonal_orientation(rmap(np.pad(np.ones((20, 30), bool), 2)))
+
+    assert found is not None
+    assert found.turn == 0
+
+
+def test_no_parallel_edges_give_no_orientation():
+    assert orthogonal_orientation(rmap(plans.stairs())) is None
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 2**32 - 1))
+def test_noise_makes_no_crash_and_no_other_answer_than_a_small_turn(seed):
+    free = np.random.default_rng(seed).random((25, 25)) < 0.7
+    found = orthogonal_orientation(rmap(free))
+
+    assert found is None or abs(found.turn) <= math.radians(45.5)
+
+
+@pytest.mark.parametrize("tolerance", [{"tau_cells": -1}, {"slope_tolerance_deg": -1}])
+def test_a_negative_tolerance_is_refused(tolerance):
+    with pytest.raises(InputError, match="tolerances"):
+        orthogonal_orientation(rmap(np.ones((2, 2), bool)), **tolerance)

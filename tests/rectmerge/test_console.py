@@ -1,0 +1,85 @@
+from pathlib import Path
+
+import pytest
+import typer
+
+from rectmerge import __version__, console
+from rectmerge.errors import MapFileError
+
+ENDS = {
+    "returns": (None, 0),
+    "no": (typer.Exit(1), 1),
+    "ambiguous": (typer.Exit(3), 3),
+    "known error": (MapFileError("map.pgm: broken\nover two lines"), 2),
+    "bad use": (typer.BadParameter("no such thing"), 2),
+    "bug": (ZeroDivisionError("oh"), 70),
+    "no memory": (MemoryError(), 70),
+    "interrupted": (KeyboardInterrupt(), 130),
+}
+
+
+@pytest.fixture(autouse=True)
+def logs(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    return tmp_path
+
+
+def app_that(end: BaseException | None) -> typer.Typer:
+    app = typer.Typer()
+
+    @app.callback()
+    def common(version: console.Version = False) -> None: ...
+
+    @app.command()
+    def go(debug: console.Debug = False, quiet: console.Quiet = False) -> None:
+        if end is not None:
+            raise end
+
+    return app
+
+
+@pytest.mark.parametrize("case", ENDS)
+def test_every_end_has_its_status(case):
+    end, status = ENDS[case]
+
+    assert console.run(app_that(end), "tool", ["go"]) == status
+
+
+def test_a_known_error_is_one_line_without_a_log(capsys, logs):
+    console.run(app_that(ENDS["known error"][0]), "tool", ["go"])
+
+    assert capsys.readouterr().err == "tool: map.pgm: broken over two lines\n"
+    assert not list(logs.iterdir())
+
+
+def test_a_bug_is_one_line_and_a_log_with_the_traceback(capsys, logs):
+    console.run(app_that(ENDS["bug"][0]), "tool", ["go"])
+
+    err = capsys.readouterr().err
+    (log,) = logs.iterdir()
+    assert err == f"tool: internal error: ZeroDivisionError: oh (log: {log})\n"
+    assert "Traceback" in log.read_text()
+
+
+@pytest.mark.parametrize("case", ["known error", "bug"])
+def test_debug_shows_the_traceback(capsys, case):
+    console.run(app_that(ENDS[case][0]), "tool", ["go", "--debug"])
+
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_a_log_that_cannot_be_written_does_not_hide_the_error(capsys, monkeypatch, logs):
+    monkeypatch.setattr("tempfile.tempdir", str(Path(logs, "missing")))
+
+    assert console.run(app_that(ENDS["bug"][0]), "tool", ["go"]) == 70
+    assert "ZeroDivisionError" in capsys.readouterr().err
+
+
+def test_version_is_told_on_stdout(capsys):
+    assert console.run(app_that(None), "tool", ["--version"]) == 0
+    assert capsys.readouterr().out == f"{__version__}\n"
+
+
+def test_bad_use_shows_the_usage(capsys):
+    assert console.run(app_that(None), "tool", ["go", "--nonsense"]) == 2
+    assert "Usage" in capsys.readouterr().err

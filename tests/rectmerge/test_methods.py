@@ -1,0 +1,190 @@
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from rectmerge import methods
+from rectmerge.alignment import Alignment, Candidate
+from rectmerge.errors import InputError, MethodError
+from rectmerge.grid import OccupancyGrid
+from rectmerge.methods import align, available, make_method
+from rectmerge.similarity import Similarity
+from tests import drawing
+
+
+@dataclass(frozen=True)
+class Scripted:
+    """Accepts a fixed placement if its scale may be searched, and remembers what it was asked."""
+
+    name: str = "scripted"
+    pixels: Similarity = field(default_factory=Similarity)
+    asked: list[tuple[float, float]] = field(default_factory=list)
+
+    def align(
+        self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
+    ) -> Alignment:
+        self.asked.append(scale)
+        if not scale[0] <= self.pixels.scale <= scale[1]:
+            return Alignment(verdict="rejected", reason="nothing fits", method=self.name)
+        candidate = Candidate.from_pixels(self.pixels, a, b, confidence=rng.random())
+        return Alignment(verdict="accepted", reason="fits", method=self.name, candidates=(candidate,))
+
+
+def test_auto_expects_the_ratio_of_the_resolutions():
+    solver = Scripted(pixels=Similarity(2.0))
+
+    found = align(drawing.building(resolution=0.05), drawing.building(resolution=0.10), method=solver)
+
+    assert solver.asked == [pytest.approx((1.8, 2.2))]
+    assert (found.scale.expected, found.scale.found, found.scale.source) == (2.0, 2.0, "resolution")
+    assert found.unit == "m"
+
+
+def test_auto_searches_freely_when_the_ratio_finds_nothing_and_says_so():
+    solver = Scripted(pixels=Similarity(1.5))
+
+    found = align(drawing.building(resolution=0.05), drawing.building(resolution=0.05), method=solver)
+
+    assert found.scale.source == "search"
+    assert "1.50 times" in found.reason
+    assert "is one resolution wrong?" in found.reason
+
+
+def test_auto_keeps_the_refusal_when_a_free_search_finds_nothing_either():
+    found = align(
+        drawing.building(resolution=0.05), drawing.building(resolution=0.05), method=Scripted(pixels=Similarity(9.0))
+    )
+
+    assert (found.verdict, found.reason, found.scale.source) == ("rejected", "nothing fits", "resolution")
+
+
+@pytest.mark.parametrize(
+    ("scale", "bounds", "source"),
+    [
+        ("auto", (0.5, 2.0), "search"),
+        ("free", (0.5, 2.0), "search"),
+        ((0.9, 1.1), (0.9, 1.1), "given"),
+        (1, (1, 1), "given"),
+    ],
+)
+def test_bounds_are_what_was_asked_for_where_a_resolution_is_missing(scale, bounds, source):
+    solver = Scripted()
+
+    found = align(drawing.building(), drawing.building(resolution=0.05), method=solver, scale=scale)
+
+    assert solver.asked == [bounds]
+    assert (found.scale.expected, found.scale.source) == (None, source)
+    assert found.unit == "cells"
+
+
+@pytest.mark.parametrize("scale", ["wide", 0, -1.0, math.nan, math.inf, (2.0, 1.0), (0.0, 1.0), (1.0, math.inf), None])
+def test_a_scale_that_cannot_be_is_refused(scale):
+    with pytest.raises(InputError, match="scale"):
+        align(drawing.building(), drawing.building(), method=Scripted(), scale=scale)
+
+
+def test_the_seed_alone_decides_what_is_random():
+    a = drawing.building()
+
+    first, same, other = (align(a, a, method=Scripted(), seed=seed).candidates[0].confidence for seed in (1, 1, 2))
+
+    assert first == same != other
+
+
+@pytest.mark.parametrize("name", ["A", "B"])
+def test_a_map_without_free_space_is_named_without_asking_the_method(name):
+    solver, empty, full = Scripted(), OccupancyGrid(np.full((9, 9), -1, np.int8)), drawing.building()
+
+    found = align(*((empty, full) if name == "A" else (full, empty)), method=solver)
+
+    assert not found
+    assert f"map {name}" in found.reason
+    assert not solver.asked
+
+
+def test_an_unknown_method_is_refused_and_the_known_ones_are_named():
+    with pytest.raises(MethodError, match=methods.DEFAULT_METHOD):
+        make_method("no-such-method")
+
+
+@pytest.mark.parametrize("name", available())
+def test_a_field_that_a_method_does_not_have_is_refused(name):
+    with pytest.raises(MethodError, match="no_such_field"):
+        make_method(name, no_such_field=1)
+
+
+# What every registered method promises, on a building that it can solve.
+
+
+def turned_views() -> tuple[OccupancyGrid, OccupancyGrid, Similarity]:
+    """Draw the building at two angles about half a turn apart, as the paper's method needs them, and the truth."""
+    (a, from_a), (b, from_b) = drawing.tilted(38), drawing.tilted(200)
+    return a, b, from_a.inverse() @ from_b
+
+
+def grids_apart(found: Similarity, wanted: Similarity, grid: OccupancyGrid) -> float:
+    """Return the largest distance in cells between where two placements put a grid's corners."""
+    height, width = grid.shape
+    corners = [[0, 0], [width, 0], [0, height], [width, height]]
+    return float(np.abs(found.apply(corners) - wanted.apply(corners)).max())
+
+
+@pytest.mark.parametrize("name", available())
+def test_a_map_aligned_with_itself_gives_identity(name):
+    a, _, _ = turned_views()
+
+    found = align(a, a, method=name)
+
+    assert found, found.reason
+    assert grids_apart(found.candidates[0].pixels, Similarity(), a) < 2
+
+
+@pytest.mark.parametrize("name", available())
+def test_swapped_inputs_give_the_inverse(name):
+    a, b, _ = turned_views()
+
+    there, back = align(a, b, method=name), align(b, a, method=name)
+
+    assert there, there.reason
+    assert back, back.reason
+    assert grids_apart(back.candidates[0].pixels @ there.candidates[0].pixels, Similarity(), b) < 3
+
+
+@pytest.mark.parametrize("name", available())
+def test_a_clean_turned_map_is_placed_within_two_cells(name):
+    a, b, truth = turned_views()
+
+    found = align(a, b, method=name)
+
+    assert found, found.reason
+    assert grids_apart(found.candidates[0].pixels, truth, b) < 2
+
+
+@pytest.mark.parametrize("name", available())
+def test_the_same_seed_gives_the_same_answer(name):
+    a, b, _ = turned_views()
+
+    first, second = (align(a, b, method=name, seed=3).as_dict() | {"seconds": 0} for _ in range(2))
+
+    assert first == second
+
+
+@pytest.mark.parametrize("name", available())
+def test_an_empty_map_gives_a_reason(name):
+    empty = OccupancyGrid(np.full((40, 40), -1, np.int8))
+
+    found = align(drawing.building(), empty, method=name)
+
+    assert found.verdict == "rejected"
+    assert found.reason
+
+
+@pytest.mark.parametrize("name", available())
+def test_a_map_with_hardly_anything_in_it_gives_an_answer_not_an_error(name):
+    occupancy = np.full((40, 40), -1, np.int8)
+    occupancy[20, 20:23] = 0
+
+    found = align(OccupancyGrid(occupancy), drawing.building(), method=name)
+
+    assert found.reason

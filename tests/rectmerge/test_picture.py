@@ -1,0 +1,133 @@
+import math
+
+import numpy as np
+import pytest
+
+from rectmerge import picture
+from rectmerge.composition import compose
+from rectmerge.grid import OccupancyGrid
+from rectmerge.rectangles import Rectangle
+from rectmerge.similarity import Similarity
+from tests import drawing
+
+
+def count(image: np.ndarray, color: tuple[int, int, int], *, legend: bool = False) -> int:
+    shown = image if legend else image[: -picture.LEGEND_PX]
+    return int((shown == color).all(axis=-1).sum())
+
+
+def test_an_overlay_of_a_map_on_itself_shows_agreement_only():
+    a = drawing.building()
+
+    image = picture.draw_overlay(a, a, Similarity())
+
+    zoom = 7 * 7  # 1200 pixels over 163 cells, a multiple of a half
+    assert count(image, picture.BOTH) == a.free.sum() * zoom
+    assert count(image, picture.WALL_BOTH) == a.occupied.sum() * zoom
+    for color in (picture.ONLY_A, picture.ONLY_B, picture.WALL_A, picture.WALL_B, picture.CONFLICT):
+        assert count(image, color) == 0
+
+
+def test_an_overlay_shows_what_each_map_knows_alone():
+    a = drawing.building()
+
+    image = picture.draw_overlay(a, a, Similarity(tx=500.0))
+
+    assert count(image, picture.ONLY_A) > 0
+    assert count(image, picture.ONLY_A) == pytest.approx(count(image, picture.ONLY_B), rel=0.05)
+    assert count(image, picture.BOTH) == 0
+
+
+def test_a_wrong_placement_shows_conflict_and_a_wall_beside_a_wall_does_not():
+    a = drawing.building()
+
+    assert count(picture.draw_overlay(a, a, Similarity(angle=0.5)), picture.CONFLICT) > 1000
+    assert count(picture.draw_overlay(a, a, Similarity(tx=1.0)), picture.CONFLICT) == 0
+
+
+@pytest.mark.parametrize("scale", [1e-3, 0.2, 1.0, 30.0, 1e4])
+def test_an_overlay_never_grows_beyond_its_size(scale):
+    a = drawing.building()
+
+    height, width, channels = picture.draw_overlay(a, a, Similarity(scale)).shape
+
+    assert channels == 3
+    assert max(height, width) <= picture.SIDE_PX + picture.LEGEND_PX + 4
+
+
+def test_thin_walls_survive_in_the_picture_of_a_large_map():
+    occupancy = np.zeros((3000, 3000), np.int8)
+    occupancy[1000] = 100
+
+    image = picture.draw_map(OccupancyGrid(occupancy))
+
+    assert (image == 0).all(axis=-1).any(axis=0).all()
+
+
+def test_the_conflict_picture_marks_where_the_maps_differ():
+    free = np.zeros((60, 60), np.bool_)
+    free[5:55, 5:55] = True
+    a = drawing.grid_of(free)
+    with_box = np.array(a.occupancy)
+    with_box[20:30, 20:30] = 100
+
+    image = picture.draw_conflict(compose([a, OccupancyGrid(with_box)], [None, Similarity()]))
+
+    zoom = min(picture.LARGEST_ZOOM, picture.SIDE_PX // 60)
+    assert count(image, picture.CONFLICT) == (10 * zoom + 2) ** 2
+    assert (image[25 * zoom, 25 * zoom] == picture.CONFLICT).all()
+
+
+def test_rectangles_are_drawn_where_they_are():
+    a = drawing.building()
+
+    image = picture.draw_rectangles(a, [Rectangle(12, 12, 60, 38)], numbered=0)
+    plain = picture.draw_map(a)
+
+    changed = (image != plain).any(axis=-1)
+    rows, cols = np.flatnonzero(changed.any(axis=1)), np.flatnonzero(changed.any(axis=0))
+    assert (cols[0], rows[0], cols[-1] + 1, rows[-1] + 1) == (12 * 7, 12 * 7, 72 * 7, 50 * 7)
+
+
+def test_only_the_first_rectangles_are_numbered():
+    a = drawing.building()
+    boxes = [Rectangle(*room) for room in drawing.ROOMS]
+
+    none, one, all_of_them = (picture.draw_rectangles(a, boxes, numbered=n) for n in (0, 1, 6))
+
+    x, y, w, h = (7 * v for v in drawing.ROOMS[0])
+    differs = (one != none).any(axis=-1)
+    assert differs[y : y + h, x : x + w].any()
+    assert differs.sum() == differs[y : y + h, x : x + w].sum()
+    assert (all_of_them != one).any()
+
+
+def test_the_axes_point_where_the_turn_takes_them():
+    a = OccupancyGrid(np.zeros((100, 100), np.int8))
+
+    image = picture.draw_parallels(a, [], math.radians(-30.0))[: -picture.LEGEND_PX]
+
+    v, u = np.argwhere((image == picture.CONFLICT).all(axis=-1)).T
+    right = np.argmax(u)  # the tip of the first axis: 30 degrees up, to be turned down by 30
+    middle = image.shape[0] / 2
+    assert math.degrees(math.atan2(middle - v[right], u[right] - middle)) == pytest.approx(30, abs=2)
+
+
+def test_a_series_is_drawn_with_its_direction_in_the_legend():
+    a = drawing.building()
+    boxes = [Rectangle(*room) for room in drawing.ROOMS]
+
+    image = picture.draw_series(a, boxes, {"right": [0, 1, 2], "down": [0, 3]})
+
+    assert count(image, picture.SERIES[0]) > 100
+    assert count(image, picture.SERIES[1]) > 100
+    assert count(image, picture.SERIES[2], legend=True) == 0
+
+
+def test_pictures_beside_each_other_keep_their_pixels():
+    small, large = np.full((40, 50, 3), 7, np.uint8), np.full((60, 80, 3), 9, np.uint8)
+
+    image = picture.beside([small, large, small], ["", "", ""])
+
+    assert count(image, (7, 7, 7), legend=True) == 2 * 40 * 50
+    assert count(image, (9, 9, 9), legend=True) == 60 * 80

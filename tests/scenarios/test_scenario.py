@@ -1,0 +1,147 @@
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+from rectmerge.errors import ScenarioError
+from scenarios.scenario import Seeds, load_suite, suite_names
+from sim.floorplans import WorldSpec
+
+GOOD = """
+title = "Two"
+[[methods]]
+label = "p"
+method = "paper"
+set = { delta_cells = 2 }
+[[scenarios]]
+name = "one"
+seeds = { first = 3, count = 2 }
+noise = [0, 1]
+world = { rooms = 6, size_m = [14, 10.0] }
+mission = { share_a = 0.9, max_seconds = 20.0, scan_hz = 2.0, lidar = { beams = 180 } }
+a = { turn_deg = "random" }
+b = { resolution = 0.06, turn_deg = 30, turn = "image" }
+[[scenarios]]
+name = "two"
+"""
+
+
+def written(tmp_path, text):
+    path = tmp_path / "some.toml"
+    path.write_text(text)
+    return path
+
+
+def test_a_suite_reads_as_written(tmp_path):
+    suite = load_suite(written(tmp_path, GOOD))
+    one = suite.scenarios[0]
+
+    assert (suite.name, suite.title, suite.methods[0].set) == ("some", "Two", {"delta_cells": 2})
+    assert (one.world.rooms, one.world.size_m, one.mission.lidar.beams) == (6, (14.0, 10.0), 180)
+    assert (one.a.turn_deg, one.b.turn_deg, one.b.turn) == ("random", 30, "image")
+    assert (one.seeds, one.noise) == (Seeds(first=3, count=2), (0, 1))
+    assert suite.scenarios[1].world == WorldSpec()
+
+
+def test_there_is_one_source_per_mission_with_an_id_per_noise_level(tmp_path):
+    sources = load_suite(written(tmp_path, GOOD)).sources()
+
+    assert [source.source_id for source in sources] == ["one-0003", "one-0004", "two-0000"]
+    assert sources[0].pair_ids == ("one-0003-n0", "one-0003-n1")
+    assert pickle.loads(pickle.dumps(sources[0])) == sources[0]
+
+
+def test_scenarios_seeds_and_purposes_draw_from_seeds_of_their_own(tmp_path):
+    sources = load_suite(written(tmp_path, GOOD)).sources()
+    seeds = [source._seed(purpose) for source in sources for purpose in ("world", "mission", "pair")]
+
+    assert len(set(seeds)) == len(seeds)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("rooms = 6", "romms = 6", "some.toml: scenarios[0].world: unknown key 'romms'"),
+        ('name = "two"', 'name = "two"\nseed = 1', "some.toml: scenarios[1]: unknown key 'seed'"),
+        ("beams = 180", "beam = 180", "some.toml: scenarios[0].mission.lidar: unknown key 'beam'"),
+        ('title = "Two"', 'title = "Two"\nname = "x"', "some.toml: unknown key 'name'"),
+        ('title = "Two"', "", "some.toml: title: missing"),
+        ("rooms = 6", 'rooms = "6"', "some.toml: scenarios[0].world.rooms: must be a whole number, got '6'"),
+        ("rooms = 6", "rooms = 3", "some.toml: scenarios[0].world: rooms must be 6 to 12, got 3"),
+        ("share_a = 0.9", "share_a = true", "some.toml: scenarios[0].mission.share_a: must be a number, got True"),
+        ("noise = [0, 1]", "noise = [0, 7]", "some.toml: scenarios[0]: noise must list different levels"),
+        (
+            'turn = "image"',
+            'turn = "both"',
+            "some.toml: scenarios[0].b.turn: must be one of 'frame', 'image', got 'both'",
+        ),
+        ('name = "two"', 'name = "one"', "some.toml: scenarios: two have the same name"),
+        ("[14, 10.0]", "[14]", "some.toml: scenarios[0].world.size_m: "),
+        ("noise = [0, 1]", "noise = 0", "some.toml: scenarios[0].noise: must be a table or a list"),
+        ("set = { delta_cells = 2 }", "set = 2", "some.toml: methods[0].set: must be a table or a list"),
+        ('title = "Two"', "title = Two", "some.toml: not TOML: "),
+    ],
+)
+def test_a_mistake_is_refused_with_its_path(tmp_path, old, new, complaint):
+    assert old in GOOD
+    with pytest.raises(ScenarioError) as refused:
+        load_suite(written(tmp_path, GOOD.replace(old, new, 1)))
+
+    assert str(refused.value).startswith(complaint)
+    assert "\n" not in str(refused.value)
+
+
+def test_an_unknown_suite_names_those_there_are(tmp_path):
+    with pytest.raises(ScenarioError, match=r"no suite 'headlin'; there are: demo, headline, smoke"):
+        load_suite("headlin")
+    with pytest.raises(ScenarioError, match=r"none\.toml: cannot be read"):
+        load_suite(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize("name", suite_names())
+def test_every_suite_that_comes_with_the_package_loads(name):
+    suite = load_suite(name)
+
+    assert suite.name == name
+    assert suite.title
+    assert suite.methods
+    assert suite.sources()
+
+
+def test_the_headline_suite_keeps_the_papers_arithmetic():
+    (headline,) = load_suite("headline").scenarios
+    a, b = headline.a, headline.b
+
+    assert (headline.seeds, headline.noise) == (Seeds(first=0, count=50), (0, 1))
+    assert b.resolution / a.resolution == pytest.approx(38 / 32)
+    for spec, canvas, turn in ((a, (361, 317), 27.0), (b, (393, 393), 225.0)):
+        (w, h), angle = spec.extent_cells, math.radians(turn)
+        cos, sin = abs(math.cos(angle)), abs(math.sin(angle))
+        assert (spec.turn, spec.turn_deg, spec.canvas) == ("image", turn, canvas)
+        assert (round(w * cos + h * sin), round(w * sin + h * cos)) == canvas
+    assert sum(b.extent_cells) == 556
+    assert sum(b.extent_cells) * 38 / 32 == pytest.approx(660, abs=1)
+    assert sum(a.extent_cells) == 504
+    assert np.all(np.array(headline.world.size_m) < np.array(b.extent_cells) * b.resolution)
+
+
+@pytest.mark.sim
+def test_a_source_yields_the_pairs_it_announced(tmp_path):
+    source = load_suite(written(tmp_path, GOOD)).sources()[0]
+    pairs = list(source.pairs())
+
+    assert tuple(pair.pair_id for pair in pairs) == source.pair_ids
+    assert {pair.place for pair in pairs} == {"some/one-0003"}
+    assert [pair.info["noise"] for pair in pairs] == [0, 1]
+    assert all(pair.related for pair in pairs)
+
+
+@pytest.mark.sim
+@pytest.mark.slow
+def test_headline_maps_have_the_papers_canvases_and_scale():
+    pair = next(load_suite("headline").sources()[0].pairs())
+
+    assert (pair.a.shape, pair.b.shape) == ((317, 361), (393, 393))
+    assert pair.pixels.scale == pytest.approx(1.1875)
+    assert math.degrees(pair.pixels.angle) % 360 == pytest.approx(225 - 27)
