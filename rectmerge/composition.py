@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
-from rectmerge.grid import UNKNOWN, OccupancyGrid, map_frame_to_pixels
+from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS, UNKNOWN, OccupancyGrid, map_frame_to_pixels
 from rectmerge.overlap import CONFLICT_REACH_CELLS
 from rectmerge.similarity import Similarity
 
 Rule = Literal["occupied", "free", "log-odds"]
 RULES: tuple[Rule, ...] = get_args(Rule)
-MAX_CELLS = 150_000_000  # a larger merged map tells of a wrong scale, and would not fit memory
 CELLS_AT_ONCE = 1 << 20
 SURE_FREE, SURE_OCCUPIED = 0.1192, 0.971  # OctoMap's clamping bounds: what one map can say at most
 
@@ -122,35 +121,35 @@ def _check(grids: Sequence[OccupancyGrid], b_to_as: Sequence[Similarity | None],
 
 def _canvas(grids: Sequence[OccupancyGrid], placements: Sequence[Similarity]) -> tuple[int, int, int, int]:
     """Return top, left, height and width of what holds the first grid and every known cell of the others."""
-    height, width = grids[0].shape
-    whole = np.array([[x, y] for x in (-0.5, width - 0.5) for y in (-0.5, height - 0.5)])  # (4, 2)
+    rows, cols = grids[0].shape
+    whole = np.array([[x, y] for x in (-0.5, cols - 0.5) for y in (-0.5, rows - 0.5)])  # (4, 2)
     corners = [placements[0].apply(whole)]
-    corners += [pixels.apply(_known_corners(g)) for g, pixels in zip(grids[1:], placements[1:], strict=True)]
+    corners += [pixels.apply(_known_ends(g)) for g, pixels in zip(grids[1:], placements[1:], strict=True)]
     points = np.concatenate(corners)
     left, top = np.floor(points.min(axis=0) + 0.5 + 1e-6).tolist()
     right, bottom = np.ceil(points.max(axis=0) + 0.5 - 1e-6).tolist()
-    if not (right - left) * (bottom - top) <= MAX_CELLS:
-        raise InputError(f"the merged map would have {right - left:g} x {bottom - top:g} cells: is the scale right?")
-    return int(top), int(left), int(bottom - top), int(right - left)
+    width, height = right - left, bottom - top
+    if not (width * height <= MOST_CELLS and max(width, height) <= LONGEST_SIDE_CELLS):
+        raise InputError(f"the merged map would have {width:g} x {height:g} cells: is the scale right?")
+    return int(top), int(left), int(height), int(width)
 
 
-def _known_corners(grid: OccupancyGrid) -> NDArray[np.float64]:
-    """Corners of the bounding box of the known cells, in pixels, shape (4, 2), or (0, 2) where nothing is known."""
+def _known_ends(grid: OccupancyGrid) -> NDArray[np.float64]:
+    """Outer corners of the first and the last known cell of each row, in pixels, (N, 2): they bound every known one."""
     known = grid.occupancy != UNKNOWN
-    rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
-    if not len(rows):
-        return np.empty((0, 2))
-    (v0, v1), (u0, u1) = ((line[0] - 0.5, line[-1] + 0.5) for line in (rows, cols))
-    return np.array([[u0, v0], [u0, v1], [u1, v0], [u1, v1]])
+    rows = np.flatnonzero(known.any(axis=1))
+    first, last = known[rows].argmax(axis=1), known.shape[1] - 1 - known[rows, ::-1].argmax(axis=1)
+    ends = [np.stack([u, rows + half], axis=1) for u in (first - 0.5, last + 0.5) for half in (-0.5, 0.5)]
+    return np.concatenate(ends)
 
 
 def _lay(grid: OccupancyGrid, pixels: Similarity, shape: tuple[int, int]) -> NDArray[np.int8]:
     """Resample a grid onto the canvas: unknown where the grid has nothing."""
     layer = np.full(shape, UNKNOWN, np.int8)
-    corners = _known_corners(grid)
-    if not len(corners):
+    ends = pixels.apply(_known_ends(grid))
+    if not len(ends):
         return layer
-    low, high = pixels.apply(corners).min(axis=0), pixels.apply(corners).max(axis=0)
+    low, high = ends.min(axis=0), ends.max(axis=0)
     (left, top), (right, bottom) = np.floor(low).astype(int).clip(0), np.ceil(high).astype(int) + 1
     back = pixels.inverse()
     for rows in _bands(top, min(bottom, shape[0]), max(1, right - left)):

@@ -16,6 +16,8 @@ FREE = 0
 OCCUPIED = 100
 FREE_AT_MOST = 25  # map_saver's default thresholds, in percent
 OCCUPIED_AT_LEAST = 65
+MOST_CELLS = 150_000_000  # about 12,000 x 12,000: more would not fit a common machine's memory
+LONGEST_SIDE_CELLS = 32_766  # OpenCV turns and rescales no image with a longer side
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from rectmerge.errors import MapFileError
+from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS
 
 READABLE = ("PNG", "PPM", "BMP", "JPEG", "TIFF", "GIF")
 WRITABLE = {".pgm": "PPM", ".png": "PNG"}
-MAX_PIXELS = 150_000_000  # about 12,000 x 12,000: more would not fit a common machine's memory when it is aligned
 BROKEN = (  # what decoders raise on broken files
     *(OSError, ValueError, TypeError, SyntaxError, EOFError, LookupError, ArithmeticError, AttributeError),
     *(AssertionError, RuntimeError, struct.error),
@@ -39,7 +39,8 @@ def read_pixels(path: Path) -> Pixels:
     Raises
     ------
     MapFileError
-        If it is missing, not readable, not an image, truncated, or larger than 150 million pixels.
+        If it is missing, not readable, not an image, truncated, or larger than 150 million pixels or
+        32,766 on a side.
     """
     require_file(path)
     try:
@@ -47,8 +48,10 @@ def read_pixels(path: Path) -> Pixels:
             warnings.simplefilter("ignore")  # Pillow warns of large images; the limit here is checked below
             with Image.open(path, formats=READABLE) as image:
                 width, height = image.size
-                if width * height > MAX_PIXELS:
+                if width * height > MOST_CELLS:
                     raise _too_large(path, f"{width} x {height} pixels")
+                if max(width, height) > LONGEST_SIDE_CELLS:
+                    raise MapFileError(f"{path}: {width} x {height} pixels: a side may have {LONGEST_SIDE_CELLS}")
                 return _channels(image)
     except MapFileError:
         raise
@@ -103,7 +106,7 @@ def replace_file(path: Path, data: bytes) -> None:
 
 
 def _too_large(path: Path, what: str) -> MapFileError:
-    return MapFileError(f"{path}: {what}, more than {MAX_PIXELS // 10**6} million; crop it to its known cells")
+    return MapFileError(f"{path}: {what}, more than {MOST_CELLS // 10**6} million; crop it to its known cells")
 
 
 def _channels(image: Image.Image) -> Pixels:

@@ -212,6 +212,8 @@ def _read_header(path: Path) -> _Header:
         raise MapFileError(f"{path}: {error.strerror or error}; make the file readable") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise MapFileError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}") from None
+    if keys is None:
+        raise MapFileError(f"{path}: the file is empty; a map_server YAML names image, resolution, origin, ...")
     if not isinstance(keys, dict):
         raise MapFileError(f"{path}: not a map_server YAML: it must map image, resolution, origin, ... to values")
     image = keys.get("image")

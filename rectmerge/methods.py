@@ -16,7 +16,7 @@ from rectmerge.errors import InputError, MethodError
 from rectmerge.grid import OccupancyGrid
 
 GROUP = "rectmerge.methods"
-DEFAULT_METHOD = "paper"
+DEFAULT_METHOD = "robust"
 FREE_SCALE = (0.5, 2.0)
 EXPECTED_WITHIN = 0.10  # resolutions are trusted to this share first
 Scale = Literal["auto", "free"] | tuple[float, float] | float
@@ -38,7 +38,10 @@ def make_method(name: str, **fields: object) -> Method:
     points = available()
     if name not in points:
         raise MethodError(f"unknown method {name!r}; there are: {', '.join(points)}")
-    cls = points[name].load()
+    try:
+        cls = points[name].load()
+    except ImportError as error:
+        raise MethodError(f"method {name!r} cannot be loaded from {points[name].value}: {error}") from error
     known = {f.name: f for f in dataclasses.fields(cls) if f.init}
     for key in fields:
         if key not in known:
@@ -105,7 +108,7 @@ def _search_bounds(scale: Scale, expected: float | None) -> tuple[tuple[float, f
     if scale in ("auto", "free"):
         return FREE_SCALE, "search"
     try:
-        lo, hi = cast(tuple[float, float], scale) if isinstance(scale, tuple) else (float(scale), float(scale))
+        lo, hi = scale if isinstance(scale, tuple) else (float(scale), float(scale))
     except (TypeError, ValueError):
         raise InputError(f'scale must be "auto", "free", (lo, hi) or a number, got {scale!r}') from None
     if not (math.isfinite(hi) and 0 < lo <= hi):

@@ -104,7 +104,7 @@ class Similarity:
     def matrix(self) -> NDArray[np.float64]:
         """The 2x3 matrix ``[[a, -b, tx], [b, a, ty]]``."""
         a, b = self.scale * math.cos(self.angle), self.scale * math.sin(self.angle)
-        return np.array([[a, -b, self.tx], [b, a, self.ty]])
+        return np.array([[a, -b, self.tx], [b, a, self.ty]]) + 0.0  # no negative zeros
 
     def apply(self, points: ArrayLike) -> NDArray[np.float64]:
         """Map points of shape (..., 2)."""

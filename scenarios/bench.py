@@ -5,17 +5,15 @@ from __future__ import annotations
 import dataclasses
 import functools
 import json
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
-
 from rectmerge.alignment import Method
 from rectmerge.errors import InputError
 from rectmerge.imagefile import replace_file
+from rectmerge.resultfolder import plain, to_json
 from scenarios.executors import Attempt, WorkerDiedError, completed, describe_machine
 from scenarios.pairs import PairSource
 from scenarios.rows import TIMEOUT_S, Contender, Row, failed_rows, rows_of_source
@@ -134,20 +132,7 @@ def cleared_folder(out: str | Path, names: Sequence[str], *, force: bool) -> Pat
 
 def write_json(path: Path, content: Any) -> None:
     """Write JSON so that its name never shows half of it."""
-    replace_file(path, (json.dumps(plain(content), indent=2, allow_nan=False) + "\n").encode())
-
-
-def plain(value: Any) -> Any:
-    """Turn what methods and pairs carry into plain data for JSON; a number that is not finite becomes null."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
-    if isinstance(value, list | tuple | set | frozenset):
-        return [plain(item) for item in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, str | int | bool) else str(value)
+    replace_file(path, f"{to_json(content)}\n".encode())
 
 
 def _rows_as_they_come(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -64,12 +63,15 @@ def run(
     earlier run is refused without --force; a run cannot be resumed. With one worker a method that kills its process
     ends the run; with more it costs its own rows.
     """
+    from rectmerge.resultfolder import to_json
+
     contest = _contest(target, method or [], settings or [])
     summary = _run(contest, output, seed=seed, workers=workers, force=force, quiet=quiet)
     if as_json:
-        typer.echo(json.dumps(summary, indent=2))
+        typer.echo(to_json(summary))
     else:
         _show_summary(summary)
+        typer.echo(f"written: {output}")
 
 
 @app.command()
@@ -107,7 +109,7 @@ def headline(
 
 
 @app.command()
-def suites() -> None:
+def suites(quiet: Quiet = False, debug: Debug = False) -> None:
     """List the suites that come with the package."""
     from scenarios.scenario import load_suite, suite_names
 
@@ -120,7 +122,7 @@ def suites() -> None:
 
 
 @app.command()
-def worlds() -> None:
+def worlds(quiet: Quiet = False, debug: Debug = False) -> None:
     """List the families of buildings that can be simulated."""
     from sim.floorplans import families
 
@@ -149,15 +151,15 @@ class _Contest:
 def _contest(target: str, methods: Sequence[str], settings: Sequence[str]) -> _Contest:
     """Find out what is run, on what: the suite's own contenders where no method is named."""
     from rectmerge.methods import DEFAULT_METHOD
-    from scenarios.dataset import open_dataset
+    from scenarios.dataset import dataset_name, is_dataset, open_dataset
     from scenarios.rows import contenders_of
+    from scenarios.scenario import load_suite, suite_names
 
-    if Path(target).is_dir():
+    # `make demo` leaves a folder `demo`, which must not hide the suite of that name
+    if is_dataset(target) or (Path(target).is_dir() and target not in suite_names()):
         pairs = open_dataset(target)
         contenders = contenders_of(methods or [DEFAULT_METHOD], [], settings)
-        return _Contest(Path(target).resolve().name, pairs, contenders, {})
-    from scenarios.scenario import load_suite
-
+        return _Contest(dataset_name(target), pairs, contenders, {})
     suite = load_suite(target)
     names = methods or [entry.label for entry in suite.methods] or [DEFAULT_METHOD]
     about = {"title": suite.title, "scenarios": [asdict(scenario) for scenario in suite.scenarios]}

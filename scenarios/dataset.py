@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import DatasetError, InputError
+from rectmerge.overlap import measure_agreement
 from rectmerge.similarity import Similarity
 from scenarios.pairs import MapPair, PairSource
 from scenarios.score import control_point_rmse
@@ -67,7 +68,7 @@ class RowSource:
         return (self.pair_id,)
 
     def pairs(self) -> Iterator[MapPair]:
-        """Read the maps.
+        """Read the maps, and measure their overlap under the truth where the row does not tell it.
 
         Raises
         ------
@@ -76,17 +77,21 @@ class RowSource:
         """
         from rectmerge.mapfile import read_map
 
+        a, b = (read_map(self.folder / name) for name in (self.map_a, self.map_b))
+        overlap = self.overlap
+        if overlap is None and self.pixels is not None:
+            overlap = measure_agreement(a, b, self.pixels).overlap
         yield MapPair(
             pair_id=self.pair_id,
-            a=read_map(self.folder / self.map_a),
-            b=read_map(self.folder / self.map_b),
+            a=a,
+            b=b,
             related=self.related,
             pixels=self.pixels,
             control_points=self.control_points,
             residual_px=self.residual_px,
             suite=self.suite,
             place=self.place,
-            overlap=self.overlap,
+            overlap=overlap,
             info=self.info,
         )
 
@@ -94,6 +99,12 @@ class RowSource:
 def is_dataset(path: str | Path) -> bool:
     """Say whether a path is a data set, or one split of it."""
     return bool(_split_folders(Path(path), None))
+
+
+def dataset_name(path: str | Path) -> str:
+    """Return the name of a data set, which its splits share: its folder's."""
+    named = Path(path).resolve()
+    return named.parent.name if named.name in SPLITS else named.name
 
 
 def open_dataset(path: str | Path, *, split: str | None = None) -> list[PairSource]:
@@ -111,13 +122,11 @@ def open_dataset(path: str | Path, *, split: str | None = None) -> list[PairSour
     DatasetError
         If there is no such data set or split, or a row does not keep the layout; the message names file and line.
     """
-    root = Path(path)
+    root, suite = Path(path), dataset_name(path)
     folders = _split_folders(root, split)
     if not folders:
         wanted = f"{split}/{METADATA}" if split else f"{METADATA} in it, in train/ or in test/"
         raise DatasetError(f"{root}: not a data set: there is no {wanted}")
-    named = root.resolve()
-    suite = named.parent.name if named.name in SPLITS else named.name
     sources: dict[str, PairSource] = {}
     for folder in folders:
         for place, row in _rows(folder / METADATA):

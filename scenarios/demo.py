@@ -78,9 +78,9 @@ def run_demo(out: str | Path, *, suite: str = "demo", force: bool = False, say: 
     SimulationError
         If the mission fails.
     """
-    folder = cleared_folder(out, OWN_FILES, force=force)
     plan = load_suite(suite)
     source, contenders, seconds = plan.sources()[0], contenders_of([e.label for e in plan.methods], plan.methods), {}
+    folder = cleared_folder(out, OWN_FILES, force=force)
     started = time.perf_counter()
 
     def stage(done: str, line: str) -> None:

@@ -6,7 +6,7 @@ import json
 import math
 import tomllib
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from rectmerge.errors import InputError
 from rectmerge.imagefile import replace_file
 from scenarios.bench import read_rows
 from scenarios.rows import Row
-from scenarios.statistics import Rate, clustered_rate
+from scenarios.statistics import clustered_rate
 
 SUITE = "headline"
 TRUE_RATIO = 38 / 32  # section IV: 33/32 times 38/33
@@ -53,15 +53,13 @@ class Marks:
     right: bool
 
 
-def marks_of(row: Row, *, ratio_tolerance: float) -> Marks:
+def marks_of(row: Row) -> Marks:
     """Read the five marks from a row.
 
     Parameters
     ----------
     row
         Of ``results.jsonl``.
-    ratio_tolerance
-        A ratio this close to 1 ended the method's loop.
 
     Notes
     -----
@@ -84,7 +82,7 @@ def marks_of(row: Row, *, ratio_tolerance: float) -> Marks:
         orientation=residual <= RESIDUAL_AT_MOST_DEG,
         quarter_turn=abs(math.remainder(left, 360.0)) < 45.0,
         ratio=abs(ratio / TRUE_RATIO - 1.0) <= RATIO_WITHIN,
-        iterations=len(steps) if abs(steps[-1]["ratio"] - 1.0) <= ratio_tolerance else None,
+        iterations=len(steps) if trace["ended"] else None,
         right=row["outcome"] == "right-accepted",
     )
 
@@ -111,14 +109,13 @@ def write_report(run: str | Path, out: str | Path) -> None:
 
 def report(rows: Sequence[Row], settings: Mapping[str, Any], machine: Mapping[str, Any], *, name: str) -> str:
     """Lay the report out as Markdown: the marks, the iterations, the traces of the first pair, how it was made."""
-    tolerances = {one["label"]: one["set"].get("ratio_tolerance", 0.0) for one in settings["methods"]}
     parts = [
         INTRODUCTION,
         "## The five marks\n",
-        _marks_table(rows, tolerances),
+        _marks_table(rows),
         MARKS_EXPLAINED,
         "## Iterations to ratio 1\n",
-        _iterations_table(rows, tolerances),
+        _iterations_table(rows),
         "## The trace of seed 0\n",
         PAPER_TRACE,
         *(_trace(row) for row in rows if row["pair_id"].startswith(f"{SUITE}-0000-")),
@@ -156,25 +153,24 @@ def _groups(rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
     return dict(sorted(groups.items()))
 
 
-def _marks_table(rows: Sequence[Row], tolerances: Mapping[str, float]) -> str:
+def _marks_table(rows: Sequence[Row]) -> str:
     lines = []
     for (method, noise), group in _groups(rows).items():
-        marks = [marks_of(row, ratio_tolerance=tolerances[method]) for row in group]
+        marks = [marks_of(row) for row in group]
         places = [row["place"] for row in group]
 
-        def rate(hit: Callable[[Marks], bool], marks: list[Marks] = marks, places: list[str] = places) -> Rate:
-            return clustered_rate([hit(mark) for mark in marks], places)
+        def rate(*hits: bool, places: list[str] = places) -> str:
+            return str(clustered_rate(hits, places))
 
         residuals = [mark.residual_deg for mark in marks if mark.residual_deg is not None]
         median = f"{np.median(residuals):.2f}" if residuals else "-"
         seconds = [row["seconds"]["wall"] for row in group if row["seconds"]]
         cells = (
-            *(method, noise, f"{rate(lambda m: m.orientation)}; {median} deg", str(rate(lambda m: m.quarter_turn))),
-            *(
-                str(rate(lambda m: m.ratio)),
-                str(rate(lambda m: m.iterations is not None)),
-                str(rate(lambda m: m.right)),
-            ),
+            *(method, noise, f"{rate(*(mark.orientation for mark in marks))}; {median} deg"),
+            rate(*(mark.quarter_turn for mark in marks)),
+            rate(*(mark.ratio for mark in marks)),
+            rate(*(mark.iterations is not None for mark in marks)),
+            rate(*(mark.right for mark in marks)),
             f"{np.median(seconds):.2f} s" if seconds else "-",
         )
         lines.append(cells)
@@ -182,10 +178,10 @@ def _marks_table(rows: Sequence[Row], tolerances: Mapping[str, float]) -> str:
     return _markdown(heads, lines)
 
 
-def _iterations_table(rows: Sequence[Row], tolerances: Mapping[str, float]) -> str:
+def _iterations_table(rows: Sequence[Row]) -> str:
     lines = []
     for (method, noise), group in _groups(rows).items():
-        marks = [marks_of(row, ratio_tolerance=tolerances[method]) for row in group]
+        marks = [marks_of(row) for row in group]
         ended = Counter(mark.iterations for mark in marks if mark.iterations is not None)
         never = sum(mark.iterations is None for mark in marks)
         without = sum(mark.residual_deg is None for mark in marks)

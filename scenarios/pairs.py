@@ -42,7 +42,7 @@ class MapPair:
     suite, place
         Where the pair belongs; `place` is the cluster for statistics.
     overlap
-        The true overlap as in DESIGN's scoring, None where it has to be measured.
+        The true overlap as in DESIGN's scoring; None when unrelated.
     info
         Everything else a row may carry: family, variant, seed, noise, resolution_a, resolution_b, pose_source, ...
     """

@@ -209,11 +209,14 @@ def _made_pairs(source: PairSource) -> Iterator[Attempt[MapPair]]:
 @functools.cache
 def _warm_up(method: Method) -> None:
     """Let a method compile and load what it needs, once per process, on a small building seen twice."""
-    walls = np.full((96, 128), FREE, np.int8)
-    for rows, cols in ((0, 0), (95, 0), (0, 127), (40, 0), (0, 50), (0, 90)):
-        walls[rows if rows else slice(None), cols if cols else slice(None)] = OCCUPIED
-    walls[:, 0] = walls[0, :] = OCCUPIED
-    walls[60:70, 50] = walls[20:30, 90] = walls[40, 15:25] = FREE  # doors
+    align(*_small_building(), method=method)
+
+
+def _small_building() -> tuple[OccupancyGrid, OccupancyGrid]:
+    """Draw a building of six rooms, and the same turned by 30 degrees."""
+    cells = np.full((96, 128), FREE, np.int8)
+    cells[[0, 40, -1], :] = cells[:, [0, 50, 90, -1]] = OCCUPIED
+    cells[60:70, 50] = cells[20:30, 90] = cells[40, 15:25] = FREE  # doors
     turn = cv2.getRotationMatrix2D((63.5, 47.5), 30, 1.0) + np.array([[0, 0, 20], [0, 0, 36]])
-    shifted = cv2.warpAffine(walls.view(np.uint8), turn, (168, 168), flags=cv2.INTER_NEAREST, borderValue=255)
-    align(OccupancyGrid(walls), OccupancyGrid(shifted.view(np.int8)), method=method)
+    turned = cv2.warpAffine(cells.view(np.uint8), turn, (168, 168), flags=cv2.INTER_NEAREST, borderValue=255)
+    return OccupancyGrid(cells), OccupancyGrid(turned.view(np.int8))

@@ -165,6 +165,8 @@ def _structure(data: dict[str, Any], path: Path) -> Suite:
         suite = _converter().structure({**data, "name": path.stem}, Suite)
     except cattrs.BaseValidationError as error:
         raise ScenarioError("; ".join(f"{path.name}: {line}" for line in _complaints(error, ""))) from error
+    if not suite.scenarios:
+        raise ScenarioError(f"{path.name}: scenarios: there are none, so there is nothing to run")
     names = [scenario.name for scenario in suite.scenarios]
     if len(set(names)) != len(names):
         raise ScenarioError(f"{path.name}: scenarios: two have the same name")

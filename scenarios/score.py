@@ -29,6 +29,7 @@ Outcome = Literal[
 Stratum = Literal["required", "optional", "unrelated"]
 Grade = Literal["fine", "right", "coarse", "off"]
 
+RIGHT: tuple[Grade, ...] = ("fine", "right")
 UNRELATED_BELOW = 0.05  # overlap
 REQUIRED_FROM = 0.15
 BENT_ABOVE = 0.015  # residual over L
@@ -143,6 +144,8 @@ def measure_errors(found: Similarity | ArrayLike, pair: MapPair) -> Errors:
 def grade(errors: Errors, residual_over_l: float) -> Grade:
     """Grade an answer: "fine" is also right, "right" is also coarse, "off" is none of them.
 
+    Right is e < max(1 % L, 2 x residual), rotation < 5 degrees, scale < 5 %, no reflection.
+
     Parameters
     ----------
     errors
@@ -156,11 +159,6 @@ def grade(errors: Errors, residual_over_l: float) -> Grade:
     if e < max(0.01, 2.0 * residual_over_l) and turn < 5.0 and scale < 5.0:
         return "fine" if e < max(0.0025, 1.2 * residual_over_l) else "right"
     return "coarse" if e < 0.05 and turn < 10.0 and scale < 10.0 else "off"
-
-
-def is_right(errors: Errors, residual_over_l: float) -> bool:
-    """Say whether an answer is right by the rule: e < max(1 % L, 2 x residual), 5 degrees, 5 %, no reflection."""
-    return grade(errors, residual_over_l) in ("fine", "right")
 
 
 def stratum_of(related: bool, overlap: float | None) -> Stratum:
@@ -193,7 +191,7 @@ def outcome_of(verdict: Verdict, grades: Sequence[Grade], stratum: Stratum) -> O
     if verdict == "rejected":
         return "rejected"
     heard = grades[: 1 if verdict == "accepted" else CANDIDATES_HEARD]
-    right = stratum != "unrelated" and any(g in ("fine", "right") for g in heard)
+    right = stratum != "unrelated" and any(g in RIGHT for g in heard)
     if verdict == "accepted":
         return "right-accepted" if right else "wrong-accepted"
     return "ambiguous-with-truth" if right else "ambiguous-without-truth"

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
+from scenarios.score import RIGHT
 
 STRATA = ("required", "optional", "unrelated")
-RIGHT = ("fine", "right")
 RESAMPLES = 2000
 Z95 = 1.959963984540054  # two-sided 95 % of the normal distribution
 

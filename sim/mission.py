@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 from dataclasses import asdict, dataclass, field
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, SimulationError
+from rectmerge.imagefile import replace_file
 from sim.bullet import TRACK_M, WHEEL_RADIUS_M, Physics, physics
 from sim.driving import Steering, drivable
 from sim.exploration import Tour, make_tour, share_rooms
@@ -105,15 +107,16 @@ class MissionLog:
     b: RobotLog
 
     def save(self, path: Path) -> None:
-        """Write the log as one .npz file."""
+        """Write the log as one .npz file, whole or not at all."""
         head = {"world": self.world.as_dict(), "spec": asdict(self.spec), "seed": self.seed}
         arrays: dict[str, NDArray[Any]] = {}
         for name, robot in (("a", self.a), ("b", self.b)):
             head[name] = {"rooms": robot.rooms, "note": robot.note}
             arrays |= {f"{name}_{key}": getattr(robot, key) for key in ("times", "poses", "odometry", "ranges")}
         arrays["head"] = np.array(json.dumps(head))
-        with path.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **arrays)
+        packed = io.BytesIO()
+        np.savez_compressed(packed, allow_pickle=False, **arrays)
+        replace_file(path, packed.getvalue())
 
     @classmethod
     def load(cls, path: Path) -> MissionLog:

@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.paper.placing import PlacedImage
 from rectmerge.paper.rmap import RMap
 from rectmerge.paper.triangles import SharedTriangles
+from rectmerge.similarity import Similarity
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +43,8 @@ class Match:
             "delta_a": list(self.triangles.first),
             "delta_b": list(self.triangles.second),
             "min_j": self.triangles.cost,
-            "is_cut": self.triangles.is_cut,
+            "triangles_a": self.triangles.combinations,
+            "has_cut_triangles": self.triangles.is_cut,
             "ratio": self.ratio,
         }
 
@@ -56,6 +59,30 @@ def match_triangles(first: RMap, second: RMap, triangles: SharedTriangles) -> Ma
     w, h = boxes[0, 0, 2:]
     width = h if quarters % 2 else w  # as it will be once map 1 is turned
     return Match(triangles, quarters, float(width) / float(boxes[1, 0, 2]), centres)  # eq. (13)
+
+
+def overlay(images: list[PlacedImage], match: Match) -> Similarity:
+    """Overlap the centres of the shared rectangles (Algorithm 5, line 18).
+
+    Parameters
+    ----------
+    images
+        Map 1 and map 2 as they were matched.
+    match
+        What their shared triangles say.
+
+    Returns
+    -------
+    Similarity
+        From pixels of the original map 2 to pixels of the original map 1: exactly what was done to both images, with
+        the translation that brings the centroids of the two triangles together.
+    """
+    turn = Similarity(1.0, -match.quarter_turns * math.pi / 2)  # clockwise in pixels
+    rescale = Similarity(match.ratio, 0.0, (match.ratio - 1) / 2, (match.ratio - 1) / 2)
+    target = turn.apply(match.centres[0]).mean(axis=0)
+    source = rescale.apply(match.centres[1]).mean(axis=0)
+    shift = Similarity(1.0, 0.0, float(target[0] - source[0]), float(target[1] - source[1]))
+    return (turn @ images[0].pose).inverse() @ shift @ rescale @ images[1].pose
 
 
 def final_quarter_turns(first: NDArray[np.float64], second: NDArray[np.float64]) -> int:

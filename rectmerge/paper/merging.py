@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.errors import InputError, RectMergeError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.paper.iteration import Match, match_triangles
+from rectmerge.paper.iteration import Match, match_triangles, overlay
 from rectmerge.paper.orientation import orthogonal_orientation, smallest_turn
-from rectmerge.paper.placing import PlacedImage, ResampleFrom
+from rectmerge.paper.placing import CanvasError, PlacedImage, ResampleFrom
 from rectmerge.paper.rmap import RMap, rmap
 from rectmerge.paper.triangles import shared_triangles
 from rectmerge.projection import dominant_angle
@@ -22,7 +22,7 @@ from rectmerge.similarity import Similarity
 from rectmerge.specks import remove_specks
 
 BOUNDS_SLACK = 0.05  # how far the scale found may leave its bounds
-RUNAWAY = 2.0  # a scale further outside its bounds than this factor is not worth another pass
+RUNAWAY = 2.0  # beyond its bounds and its start, 1, by more than this factor, a scale is not worth another pass
 UNINFORMED = 0.5  # the method has no evidence for or against its answer, and says so
 
 
@@ -71,7 +71,9 @@ class Paper:
     -----
     It cannot tell a wrong merge from a right one: whatever the loop ends with is accepted, with confidence 0.5. Where
     the loop does not end, the answer is a rejection, and the pass whose ratio was nearest to 1 is the candidate. The
-    random generator is not used: all combinations are compared instead of sampled.
+    random generator is not used: all combinations are compared instead of sampled. The trace has the figures of every
+    pass under ``iterations`` and, under ``ended``, whether the ratio came to 1. Of the turn and the ratio of one pass
+    both come from one match, as in the listing; section IV prints a second match after the turn, before the ratio.
     """
 
     name: ClassVar[str] = "paper"
@@ -117,7 +119,8 @@ class Paper:
                     break
         except _ConditionError as reason:
             if not passes:
-                return Alignment(verdict="rejected", reason=str(reason), method=self.name)
+                trace = {"iterations": [], "ended": False}
+                return Alignment(verdict="rejected", reason=str(reason), method=self.name, trace=trace)
             return self._answer(a, b, passes, scale, f"the ratio loop stopped: {reason}")
         return self._answer(a, b, passes, scale, self._why_endless(passes))
 
@@ -127,30 +130,30 @@ class Paper:
         if self.clean_specks:
             a, b = remove_specks(a), remove_specks(b)
         images = [PlacedImage.of(grid.occupancy) for grid in (a, b)]
-        turns = [0.0, 0.0]
+        turns = [_Turn(0.0), _Turn(0.0)]
         for number in range(self.max_iterations):  # Alg. 5, line 9
             if number == 0 or self.angle_inside_loop:
                 turns = [self._turn(image, name) for image, name in zip(images, names, strict=True)]  # lines 2-5
                 images = [  # lines 6-7
-                    image.turned(turn, resample_from=self.resample_from)
-                    for image, turn in zip(images, turns, strict=True)
+                    _fitting(name, image.turned, turn.angle, self.resample_from)
+                    for image, turn, name in zip(images, turns, names, strict=True)
                 ]
             found = [self._rmap(image, name) for image, name in zip(images, names, strict=True)]  # lines 10-11
             match = self._match(*found)  # lines 12-13, 15
             rescaled_by = images[1].pose.scale * match.ratio
             placed = overlay(images, match)  # line 18, where the centres belong to these images
             yield _Pass(match, placed, (turns[0], turns[1]), (len(found[0]), len(found[1])), rescaled_by)
-            if not scale[0] / RUNAWAY <= rescaled_by <= scale[1] * RUNAWAY:
+            if not min(scale[0], 1) / RUNAWAY <= rescaled_by <= max(scale[1], 1) * RUNAWAY:
                 raise _ConditionError(f"map B was to be rescaled by {rescaled_by:.4f}, far outside its bounds")
             images[0] = images[0].turned(match.quarter_turns * math.pi / 2)  # line 14
-            images[1] = images[1].rescaled(match.ratio, resample_from=self.resample_from)  # line 16
+            images[1] = _fitting("B", images[1].rescaled, match.ratio, self.resample_from)  # line 16
 
-    def _turn(self, image: PlacedImage, name: str) -> float:
-        """Lambda of one map."""
+    def _turn(self, image: PlacedImage, name: str) -> _Turn:
+        """Find Lambda of one map."""
         grid = OccupancyGrid(image.cells)
         found = self._rmap(image, name)
         if self.orientation == "projection":
-            return smallest_turn(-dominant_angle(grid))
+            return _Turn(smallest_turn(-dominant_angle(grid)))
         oriented = orthogonal_orientation(
             found,
             n_rectangles=self.n_rectangles,
@@ -160,7 +163,7 @@ class Paper:
         )
         if oriented is None:
             raise _ConditionError(f"map {name} has no pair of parallel edges on facing sides of an empty space")
-        return oriented.turn
+        return _Turn(oriented.turn, oriented.is_cut)
 
     def _rmap(self, image: PlacedImage, name: str) -> RMap:
         found = rmap(OccupancyGrid(image.cells).free, inclusive_sides=self.inclusive_sides)
@@ -193,7 +196,7 @@ class Paper:
         if self._ends(passes[-1]):
             return None
         ratios = ", ".join(f"{step.match.ratio:.4f}" for step in passes)
-        why = "the scale repeats" if _repeats(passes) else f"stopped after {len(passes)} iterations"
+        why = "the scale repeats" if _repeats(passes) else f"stopped after {_iterations(passes)}"
         return f"the ratio loop does not end, {why}: ratios {ratios}"
 
     def _answer(
@@ -206,22 +209,25 @@ class Paper:
     ) -> Alignment:
         final = passes[-1] if endless is None else min(passes, key=lambda step: abs(math.log(step.match.ratio)))
         lo, hi = scale[0] * (1 - BOUNDS_SLACK), scale[1] * (1 + BOUNDS_SLACK)
-        found = final.pixels.scale
-        reason, verdict = f"the ratio loop ended after {len(passes)} iterations", "accepted"
-        if endless is not None:
-            reason, verdict = endless, "rejected"
-        elif not lo <= found <= hi:
-            reason = f"the scale found, {found:.4f}, is outside {scale[0]:g} to {scale[1]:g} by more than 5 %"
-            verdict = "rejected"
-        confidence = UNINFORMED if verdict == "accepted" else 0.0
+        found, refused = final.pixels.scale, endless
+        if endless is None and not lo <= found <= hi:
+            refused = f"the scale found, {found:.4f}, is outside {scale[0]:g} to {scale[1]:g} by more than 5 %"
+        confidence = UNINFORMED if refused is None else 0.0
         return Alignment(
-            verdict="accepted" if verdict == "accepted" else "rejected",
-            reason=reason,
+            verdict="accepted" if refused is None else "rejected",
+            reason=refused or f"the ratio loop ended after {_iterations(passes)}",
             method=self.name,
             candidates=(Candidate.from_pixels(final.pixels, a, b, confidence=confidence),),
             confidence=confidence,
-            trace={"iterations": [step.as_trace() for step in passes]},
+            trace={"iterations": [step.as_trace() for step in passes], "ended": endless is None},
         )
+
+
+class _Turn(NamedTuple):
+    """Lambda of one map in radians, and whether Algorithm 3 left out rectangles of some edge to find it."""
+
+    angle: float
+    has_cut_edges: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,14 +236,16 @@ class _Pass:
 
     match: Match
     pixels: Similarity
-    turns: tuple[float, float]
+    turns: tuple[_Turn, _Turn]
     counts: tuple[int, int]
     scale_after: float
 
     def as_trace(self) -> dict[str, Any]:
         return {
-            "lambda_a_deg": math.degrees(self.turns[0]),
-            "lambda_b_deg": math.degrees(self.turns[1]),
+            "lambda_a_deg": math.degrees(self.turns[0].angle),
+            "lambda_b_deg": math.degrees(self.turns[1].angle),
+            "has_cut_edges_a": self.turns[0].has_cut_edges,
+            "has_cut_edges_b": self.turns[1].has_cut_edges,
             **self.match.as_trace(),
             "rectangles_a": self.counts[0],
             "rectangles_b": self.counts[1],
@@ -245,31 +253,21 @@ class _Pass:
         }
 
 
+def _fitting(
+    name: str, move: Callable[[float, ResampleFrom], PlacedImage], amount: float, source: ResampleFrom
+) -> PlacedImage:
+    """Turn or rescale a map's image, or refuse to before it fills the memory."""
+    try:
+        return move(amount, source)
+    except CanvasError as error:
+        raise _ConditionError(f"map {name} is too large: {error}") from None
+
+
+def _iterations(passes: list[_Pass]) -> str:
+    return f"{len(passes)} iteration{'s' * (len(passes) != 1)}"
+
+
 def _repeats(passes: list[_Pass]) -> bool:
     """Tell whether map 2 has come back to a scale it had before."""
     scales = [1.0] + [step.scale_after for step in passes]
     return any(abs(scales[-1] / before - 1) < 1e-9 for before in scales[:-1])
-
-
-def overlay(images: list[PlacedImage], match: Match) -> Similarity:
-    """Overlap the centres of the shared rectangles (Algorithm 5, line 18).
-
-    Parameters
-    ----------
-    images
-        Map 1 and map 2 as they were matched.
-    match
-        What their shared triangles say.
-
-    Returns
-    -------
-    Similarity
-        From pixels of the original map 2 to pixels of the original map 1: exactly what was done to both images, with
-        the translation that brings the centroids of the two triangles together.
-    """
-    turn = Similarity(1.0, -match.quarter_turns * math.pi / 2)  # clockwise in pixels
-    rescale = Similarity(match.ratio, 0.0, (match.ratio - 1) / 2, (match.ratio - 1) / 2)
-    target = turn.apply(match.centres[0]).mean(axis=0)
-    source = rescale.apply(match.centres[1]).mean(axis=0)
-    shift = Similarity(1.0, 0.0, float(target[0] - source[0]), float(target[1] - source[1]))
-    return (turn @ images[0].pose).inverse() @ shift @ rescale @ images[1].pose

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -61,6 +61,8 @@ class Orientation:
         The rectangle whose empty space holds it.
     line, facing_line
         The two parallel lines, each as ((u1, v1), (u2, v2)).
+    is_cut
+        Whether some edge had more rectangles than are looked at.
     """
 
     turn: float
@@ -68,6 +70,7 @@ class Orientation:
     label: int
     line: tuple[tuple[float, float], tuple[float, float]]
     facing_line: tuple[tuple[float, float], tuple[float, float]]
+    is_cut: bool = False
 
 
 def largest_neighbours(found: RMap, label: int, *, longest: int = 50) -> dict[Side, list[int]]:
@@ -215,19 +218,21 @@ def orthogonal_orientation(
     """
     if tau_cells < 0 or slope_tolerance_deg < 0:
         raise InputError(f"tolerances must be >= 0, got {tau_cells} cells and {slope_tolerance_deg} degrees")
-    best: Orientation | None = None
+    best, is_cut = None, False
     for label in range(1, min(n_rectangles, len(found)) + 1):  # Alg. 3, line 4
         edges = edge_rectangles(found, label, path_depth=path_depth)  # line 5
         lines = {  # lines 6-20
             edge: edge_lines(edge_points(found, labels[:MOST_EDGE_POINTS], edge), tau_cells=tau_cells)
             for edge, labels in edges.items()
         }
+        is_cut |= any(len(labels) > MOST_EDGE_POINTS for labels in edges.values())
         for one, other in FACING:  # lines 21-22
             for here, there in ((lines[one], lines[other]), (lines[other], lines[one])):
                 valid = _best_valid(here, there, math.radians(slope_tolerance_deg))
                 if valid and (best is None or here.inliers[valid[0]] > best.inliers):  # lines 23-24
                     best = _orientation(label, here, there, *valid)
-    return best or _axis_parallel(found)
+    best = best or _axis_parallel(found)
+    return best and replace(best, is_cut=is_cut)
 
 
 def _best_valid(here: EdgeLines, there: EdgeLines, tolerance: float) -> tuple[int, int] | None:

@@ -10,10 +10,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge.grid import UNKNOWN
+from rectmerge.errors import InputError
+from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS, UNKNOWN
 from rectmerge.similarity import Similarity
 
 ResampleFrom = Literal["original", "previous"]
+
+
+class CanvasError(InputError):
+    """An image would be too large once it is turned or rescaled; raised before anything is resampled."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,10 +44,15 @@ class PlacedImage:
         """Begin with an image as it is."""
         return cls(cells, Similarity(), cells)
 
-    def turned(self, angle: float, *, resample_from: ResampleFrom = "original") -> PlacedImage:
+    def turned(self, angle: float, resample_from: ResampleFrom = "original") -> PlacedImage:
         """Turn the image about its centre, counter-clockwise to the eye, on a canvas that holds all of it.
 
         Quarter turns move cells and resample nothing.
+
+        Raises
+        ------
+        CanvasError
+            If the canvas would be too large.
         """
         height, width = self.cells.shape
         quarters = angle / (math.pi / 2)
@@ -54,8 +64,14 @@ class PlacedImage:
         size = math.ceil(height * cos + width * sin - 1e-9), math.ceil(width * cos + height * sin - 1e-9)
         return self._moved(_about_centres(-angle, self.cells.shape, size), size, resample_from)
 
-    def rescaled(self, ratio: float, *, resample_from: ResampleFrom = "original") -> PlacedImage:
-        """Make the image `ratio` times as large, with half-pixel centres."""
+    def rescaled(self, ratio: float, resample_from: ResampleFrom = "original") -> PlacedImage:
+        """Make the image `ratio` times as large, with half-pixel centres.
+
+        Raises
+        ------
+        CanvasError
+            If the image would be too large.
+        """
         if ratio == 1:
             return self
         height, width = self.cells.shape
@@ -64,6 +80,9 @@ class PlacedImage:
         return self._moved(Similarity(ratio, 0.0, offset, offset), size, resample_from)
 
     def _moved(self, step: Similarity, size: tuple[int, int], resample_from: ResampleFrom) -> PlacedImage:
+        height, width = size
+        if height * width > MOST_CELLS or max(*size, *self.original.shape) > LONGEST_SIDE_CELLS:
+            raise CanvasError(f"its image would grow to {width} x {height} cells")
         pose = step @ self.pose
         source, move = (self.original, pose) if resample_from == "original" else (self.cells, step)
         cells = _resample(source, move, size)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,8 @@ class SharedTriangles:
         Labels of the three rectangles of each map, from 1.
     cost
         J of eq. 11.
+    combinations
+        Triangles that the rectangles of map 1 make (eq. 9), those below a limit left out.
     is_cut
         Whether a limit kept some triangles from being compared.
     """
@@ -29,6 +32,7 @@ class SharedTriangles:
     first: tuple[int, int, int]
     second: tuple[int, int, int]
     cost: float
+    combinations: int
     is_cut: bool
 
 
@@ -100,7 +104,9 @@ def shared_triangles(
     The cost is the paper's (eq. 10 and 11 with W = I): areas over a distance, which scale changes, beside unsigned
     angles, which a mirror image keeps. All combinations are compared, except where part of a cost exceeds the best
     one: that changes no answer. Departs from the paper: the three rectangles are distinct, triangles without extent
-    are skipped, and limits keep the count in bounds (eq. 9 is cubic, and every triangle has many partners).
+    are skipped, small rectangles are left out of both lists and not only of map 1's, and limits keep the count in
+    bounds (eq. 9 is cubic, and every triangle has many partners). A rectangle of map 2 keeps the place of the one that
+    it corresponds to, so its triangle need not be in the order of size, as eq. 12 has both.
     """
     from rectmerge._kernels.triangles import best_triangles
 
@@ -117,7 +123,8 @@ def shared_triangles(
     if vertices[0] < 0:
         return None
     i, j, k, e, f, g = (int(v) + 1 for v in vertices)
-    return SharedTriangles((i, j, k), (e, f, g), float(cost), bool(is_stopped or cut_1 or cut_2))
+    is_cut = bool(is_stopped or cut_1 or cut_2)
+    return SharedTriangles((i, j, k), (e, f, g), float(cost), math.comb(len(kept_1), 3), is_cut)  # eq. (9)
 
 
 def _largest(boxes: NDArray[np.int32], min_area_cells: int, most: int) -> tuple[NDArray[np.int32], bool]:

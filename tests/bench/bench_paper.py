@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,13 +12,7 @@ from rectmerge.paper.merging import Paper
 from tests.rectmerge.paper import plans
 
 REPAIRED = Paper(clean_specks=True, orientation="projection", swap_sides=True)
-
-
-def on_canvas(grid: OccupancyGrid, height: int, width: int) -> OccupancyGrid:
-    """Cut or pad a map about its centre."""
-    padded = np.pad(grid.occupancy, ((height, height), (width, width)), constant_values=-1)
-    top, left = ((have - want) // 2 for have, want in zip(padded.shape, (height, width), strict=True))
-    return OccupancyGrid(padded[top : top + height, left : left + width])
+LARGE_ONLY = replace(REPAIRED, min_area_cells=60)
 
 
 def noisy_pair() -> tuple[OccupancyGrid, OccupancyGrid]:
@@ -24,10 +20,7 @@ def noisy_pair() -> tuple[OccupancyGrid, OccupancyGrid]:
     rng = np.random.default_rng(0)
     a, _ = plans.moved(plans.floor_plan(202, 302), 27)
     b, _ = plans.moved(plans.floor_plan(202, 302), 225, 1.05)
-    return plans.damaged(on_canvas(a, 317, 361), rng), plans.damaged(on_canvas(b, 393, 393), rng)
-
-
-LARGE_ONLY = Paper(clean_specks=True, orientation="projection", swap_sides=True, min_area_cells=60)
+    return plans.damaged(plans.on_canvas(a, 317, 361), rng), plans.damaged(plans.on_canvas(b, 393, 393), rng)
 
 
 @pytest.mark.parametrize("method", [Paper(), REPAIRED, LARGE_ONLY], ids=["letter", "repaired", "repaired-large-only"])

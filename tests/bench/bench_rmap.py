@@ -20,9 +20,7 @@ def drawn(shape: tuple[int, int], *, is_noisy: bool) -> np.ndarray:
     if not is_noisy:
         return plans.floor_plan(*shape).free
     turned, _ = plans.moved(plans.floor_plan(*shape), 27)
-    top, left = ((have - want) // 2 for have, want in zip(turned.shape, shape, strict=True))
-    cut = type(turned)(turned.occupancy[top : top + shape[0], left : left + shape[1]])
-    return plans.damaged(cut, np.random.default_rng(0)).free
+    return plans.damaged(plans.on_canvas(turned, *shape), np.random.default_rng(0)).free
 
 
 def transform_seconds(free: np.ndarray) -> float:

@@ -2,11 +2,13 @@ import json
 import signal
 import time
 import tomllib
+from dataclasses import dataclass
 
 import pytest
 
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
+from rectmerge.methods import align
 from scenarios.bench import read_rows, run
 from scenarios.executors import OutOfTimeError, Workers, completed, time_limit
 from scenarios.rows import Contender, answer, row_of, rows_of_source
@@ -60,6 +62,23 @@ def test_a_right_answer_is_a_full_row():
 )
 def test_outcome_of_a_row(method, related, expected):
     assert row(method, pair(related=related), timeout_s=0.1)["outcome"] == expected
+
+
+def test_a_method_is_warmed_up_once_on_a_building_that_it_can_merge():
+    seen = []
+
+    @dataclass(frozen=True)
+    class Watching(Fixed):
+        def align(self, a, b, **options):
+            seen.append((a, b))
+            return super().align(a, b, **options)
+
+    the_pair, one = pair(), contender(Watching())
+    for _ in range(2):
+        answer(the_pair, one)
+
+    assert [a is the_pair.a for a, _ in seen] == [False, True, True]
+    assert align(*seen[0], method="paper")  # all that a method compiles lies behind a yes
 
 
 def test_an_error_keeps_its_reason_and_its_traceback():

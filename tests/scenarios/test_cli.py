@@ -6,6 +6,7 @@ from importlib.metadata import EntryPoint
 import pytest
 
 from rectmerge import console, methods
+from scenarios import cli
 from scenarios.bench import read_rows
 from scenarios.cli import app
 from tests.scenarios.test_dataset import ROW, UNRELATED, write
@@ -101,6 +102,23 @@ def test_help_loads_nothing_heavy():
     assert ended.returncode == 0, ended.stderr
 
 
-def test_worlds_names_the_families(capsys):
-    assert rectbench("worlds") == 0
-    assert "office" in capsys.readouterr().out
+@pytest.mark.parametrize(("word", "named"), [("worlds", "office"), ("suites", "headline")])
+def test_worlds_and_suites_are_listed(capsys, word, named):
+    assert rectbench(word, "--quiet") == 0
+    assert named in capsys.readouterr().out
+
+
+def test_a_folder_that_is_no_data_set_does_not_hide_a_suite_of_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "smoke").mkdir()
+    write(tmp_path / "headline", [ROW])
+
+    assert cli._contest("smoke", ["fixed"], []).about["title"] == "Smoke"
+    assert cli._contest("headline", ["fixed"], []).about == {}
+
+
+def test_a_run_of_one_split_is_named_after_its_data_set(tmp_path, dataset):
+    rectbench("run", f"{dataset}/test", "-m", "fixed", "-o", tmp_path / "run", "-q")
+
+    assert json.loads((tmp_path / "run/summary.json").read_text())["suite"] == "set"
+    assert {row["suite"] for row in read_rows(tmp_path / "run")} == {"set"}

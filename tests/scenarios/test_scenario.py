@@ -81,6 +81,7 @@ def test_scenarios_seeds_and_purposes_draw_from_seeds_of_their_own(tmp_path):
         ("noise = [0, 1]", "noise = 0", "some.toml: scenarios[0].noise: must be a table or a list"),
         ("set = { delta_cells = 2 }", "set = 2", "some.toml: methods[0].set: must be a table or a list"),
         ('title = "Two"', "title = Two", "some.toml: not TOML: "),
+        (GOOD, 'title = "Empty"', "some.toml: scenarios: there are none"),
     ],
 )
 def test_a_mistake_is_refused_with_its_path(tmp_path, old, new, complaint):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.similarity import Similarity
+from tests import drawing
 
 ROOMS = (  # x, y, w, h as fractions: a corridor, rooms on both sides, doors; no two alike
     (0.05, 0.44, 0.90, 0.11),
@@ -59,12 +60,14 @@ def moved(grid: OccupancyGrid, degrees: float, scale: float = 1.0) -> tuple[Occu
     linear = Similarity(scale, angle)
     u, v = linear.apply([(width - 1) / 2, (height - 1) / 2])
     truth = Similarity(scale, angle, (size[0] - 1) / 2 - float(u), (size[1] - 1) / 2 - float(v))
-    grid_points = np.stack(np.meshgrid(np.arange(size[0]), np.arange(size[1])), axis=-1)
-    cols, rows = np.rint(truth.inverse().apply(grid_points)).astype(int).transpose(2, 0, 1)
-    inside = (cols >= 0) & (rows >= 0) & (cols < width) & (rows < height)
-    cells = np.full(inside.shape, UNKNOWN, np.int8)
-    cells[inside] = grid.occupancy[rows[inside], cols[inside]]
-    return OccupancyGrid(cells), truth
+    return drawing.view(grid, truth.inverse(), size[::-1]), truth
+
+
+def on_canvas(grid: OccupancyGrid, height: int, width: int) -> OccupancyGrid:
+    """Cut or pad a map about its centre."""
+    padded = np.pad(grid.occupancy, ((height, height), (width, width)), constant_values=UNKNOWN)
+    top, left = ((have - want) // 2 for have, want in zip(padded.shape, (height, width), strict=True))
+    return OccupancyGrid(padded[top : top + height, left : left + width])
 
 
 def damaged(grid: OccupancyGrid, rng: np.random.Generator, *, salt: float = 0.01, flips: float = 0.04) -> OccupancyGrid:

@@ -8,6 +8,7 @@ from rectmerge.alignment import Method
 from rectmerge.errors import InputError, MethodError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.methods import make_method
+from rectmerge.paper import orientation, placing
 from rectmerge.paper.iteration import final_quarter_turns
 from rectmerge.paper.merging import Paper
 from rectmerge.similarity import Similarity
@@ -108,6 +109,7 @@ def test_the_trace_tells_every_pass_in_plain_data():
     a, b, _ = made_pair(27, 225)
     trace = place(a, b).trace
 
+    assert trace["ended"] is True
     step = json.loads(json.dumps(trace))["iterations"][0]
     assert step["lambda_a_deg"] == pytest.approx(-27, abs=0.5)
     assert step["lambda_b_deg"] == pytest.approx(-45, abs=0.5)
@@ -116,6 +118,16 @@ def test_the_trace_tells_every_pass_in_plain_data():
     assert step["min_j"] >= 0
     assert step["cumulative_ratio"] == step["ratio"]
     assert step["rectangles_a"] > 3
+    assert step["triangles_a"] <= math.comb(30, 3)
+    assert (step["has_cut_edges_a"], step["has_cut_edges_b"]) == (False, False)
+
+
+def test_the_trace_tells_where_an_edge_had_more_rectangles_than_are_looked_at(monkeypatch):
+    monkeypatch.setattr(orientation, "MOST_EDGE_POINTS", 8)
+    a, b = plans.moved(PLAN, 27)[0], PLAN
+    step = place(a, b).trace["iterations"][0]
+
+    assert (step["has_cut_edges_a"], step["has_cut_edges_b"]) == (True, False)
 
 
 ONE_ROOM = OccupancyGrid(np.pad(np.zeros((30, 40), np.int8), 3, constant_values=100))
@@ -130,6 +142,7 @@ def test_a_map_with_too_few_rectangles_is_named(bad, why, name):
     assert found.verdict == "rejected"
     assert f"map {name}" in found.reason
     assert why in found.reason
+    assert found.trace == {"iterations": [], "ended": False}
 
 
 def test_a_map_without_parallel_edges_is_named():
@@ -154,6 +167,25 @@ def test_a_scale_outside_its_bounds_is_refused_and_told():
     assert found.verdict == "rejected"
     assert "outside 1.2 to 1.4" in found.reason
     assert found.candidates[0].pixels.scale == pytest.approx(1, abs=0.01)
+    assert found.trace["ended"] is True
+
+
+def test_the_loop_may_start_far_below_the_bounds_of_the_scale():
+    a, b, _ = made_pair(0, 180, 1.1875)
+    found = place(a, b, scale=(2.5, 2.7))  # the loop starts at 1, below half of 2.5, and ends at 1.19
+
+    assert found.trace["ended"] is True
+    assert "outside 2.5 to 2.7" in found.reason
+
+
+@pytest.mark.parametrize(("degrees", "name"), [(27, "A"), (0, "B")])
+def test_a_map_that_would_grow_too_large_is_refused_before_it_is_resampled(monkeypatch, degrees, name):
+    a, b, _ = made_pair(degrees, 180, 1.1875)
+    monkeypatch.setattr(placing, "MOST_CELLS", 50_000)  # neither A turned nor B rescaled has room
+    found = place(a, b)
+
+    assert found.verdict == "rejected"
+    assert f"map {name} is too large" in found.reason
 
 
 def test_a_loop_that_does_not_end_is_refused_with_its_ratios():
@@ -161,7 +193,8 @@ def test_a_loop_that_does_not_end_is_refused_with_its_ratios():
     found = place(a, b, max_iterations=1)
 
     assert found.verdict == "rejected"
-    assert "does not end" in found.reason
+    assert "does not end, stopped after 1 iteration:" in found.reason
+    assert found.trace["ended"] is False
     assert f"{found.trace['iterations'][0]['ratio']:.4f}" in found.reason
 
 

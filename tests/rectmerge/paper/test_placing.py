@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rectmerge.grid import UNKNOWN
-from rectmerge.paper.placing import PlacedImage
+from rectmerge.paper import placing
+from rectmerge.paper.placing import CanvasError, PlacedImage
 
 
 def numbered(height: int, width: int) -> np.ndarray:
@@ -50,6 +51,14 @@ def test_turned_and_rescaled_images_agree_with_their_pose(ratio, angle):
 
     assert image.pose.scale == pytest.approx(ratio)
     assert_pose_holds(image)
+
+
+@pytest.mark.parametrize("ratio", [1e4, 700.0])  # 10^10 cells; a side of 33,600
+def test_an_image_that_would_be_too_large_is_refused_before_it_is_resampled(monkeypatch, ratio):
+    monkeypatch.setattr(placing, "_resample", lambda *_: pytest.fail("resampled"))
+
+    with pytest.raises(CanvasError, match="would grow to"):
+        PlacedImage.of(numbered(4, 48)).rescaled(ratio)
 
 
 def test_doubling_has_half_pixel_centres():

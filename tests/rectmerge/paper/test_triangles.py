@@ -1,5 +1,3 @@
-import math
-
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -17,8 +15,15 @@ def some_boxes(rng, count):
     return boxes[np.argsort(-boxes[:, 2] * boxes[:, 3], kind="stable")].astype(np.int32)
 
 
-def test_the_papers_counts_of_triangles_are_what_eq_9_says():
-    assert (math.comb(169, 3), math.comb(14, 3)) == (790_244, 364)
+@pytest.mark.parametrize(("min_area_cells", "count"), [(1, 790_244), (10, 364)])
+def test_the_papers_counts_of_triangles_are_those_of_its_rectangles(min_area_cells, count):
+    rng = np.random.default_rng(0)
+    sides = np.where(np.arange(169)[:, None] < 14, [5, 4], [3, 3])  # 14 of 169 have ten cells or more
+    boxes = np.concatenate([rng.integers(0, 300, (169, 2)), sides], axis=1).astype(np.int32)
+    found = shared_triangles(boxes, boxes, delta_cells=0, min_area_cells=min_area_cells, max_rectangles=169)
+
+    assert found is not None
+    assert found.combinations == count
 
 
 @settings(max_examples=40)

@@ -1,0 +1,225 @@
+"""What the method reads off one map: a small working grid, its wall points, and rectangles in its orthogonal frames."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge._kernels.placements import suppress
+from rectmerge._kernels.profiles import profile_energies
+from rectmerge._kernels.shrinking import known_bounds, shrink, specks_of_few
+from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from rectmerge.rectangles import maximal_rectangles
+
+DIAGONAL_CELLS = 400.0  # of the working grid
+LARGEST_DIAGONAL_CELLS = 1000.0  # of the working grid of a map with narrow passages
+MEAN_CLEARANCE_CELLS = 6.0  # free cells are on average this far from what is not free, or the grid is finer
+MARGIN_CELLS = 4
+QUARTER_TURN_DEG = 90
+FREE_SHARE = 0.3  # of a working cell's area seen free makes it free
+SPECK_CELLS = 4  # a lone working cell that stands for no more occupied cells than this is a speck
+FINE_STEPS_RAD = (math.radians(0.25), math.radians(0.06))
+SMALLEST_SIDE_CELLS = 4
+ALIKE_IOU = 0.7
+DISTANCE_EDGES_CELLS = np.array([*np.arange(0, 8, 0.5), 8, 10, 12, 16, 24, np.inf])  # bins of the distance to a wall
+BIN_OF_HALF_CELL = (np.searchsorted(DISTANCE_EDGES_CELLS, np.arange(0, 24.5, 0.5), side="right") - 1).astype(np.uint8)
+
+Cells = NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Features:
+    """One map, small enough to compare thousands of placements of it.
+
+    Parameters
+    ----------
+    factor, offset
+        A pixel p of the map is at ``p / factor + offset`` in the working grid.
+    free, known
+        Masks of the working grid, shape (h, w).
+    walls
+        Wall points, shape (N, 2), (u, v) in the working grid: the mean surface position in each working wall cell.
+    distance
+        Shape (h, w), float32: from each working cell to the next wall cell, in working cells.
+    distance_bins
+        Shape (h, w), uint8: the same as an index into the bins between `DISTANCE_EDGES_CELLS`.
+    """
+
+    factor: float
+    offset: NDArray[np.float64]
+    free: NDArray[np.bool_]
+    known: NDArray[np.bool_]
+    walls: NDArray[np.float64]
+    distance: NDArray[np.float32]
+    distance_bins: NDArray[np.uint8]
+
+    @property
+    def landmarks(self) -> NDArray[np.float64]:
+        """Four points around the walls at the radius of their spread, shape (4, 2): where a placement is compared."""
+        middle = self.walls.mean(axis=0)
+        radius = self.radius
+        landmarks: NDArray[np.float64] = middle + radius * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+        return landmarks
+
+    @property
+    def radius(self) -> float:
+        """Root mean square distance of the walls from their centroid, in working cells."""
+        return float(np.sqrt(((self.walls - self.walls.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """The maximal empty rectangles of a map in one orthogonal frame.
+
+    Parameters
+    ----------
+    angle
+        Of the frame's first axis in the working grid, radians from u towards v.
+    boxes
+        Shape (N, 4): centre (u, v) in the working grid, width and height along the frame's axes; best first.
+    has_wall
+        Shape (N, 4), bool: whether the left, right, top and bottom side runs along a wall.
+    """
+
+    angle: float
+    boxes: NDArray[np.float64]
+    has_wall: NDArray[np.bool_]
+
+
+def trinary(grid: OccupancyGrid) -> NDArray[np.int8]:
+    """Read a grid as -1 unknown, 0 free, 100 occupied, shape (H, W)."""
+    if ((grid.occupancy == FREE) | (grid.occupancy == OCCUPIED) | (grid.occupancy == UNKNOWN)).all():
+        return grid.occupancy
+    cells = np.full(grid.shape, UNKNOWN, np.int8)
+    cells[grid.free] = FREE
+    cells[grid.occupied] = OCCUPIED
+    return cells
+
+
+def extract_features(cells: NDArray[np.int8]) -> Features | None:
+    """Shrink a trinary map to its working grid; None where no wall borders on free space.
+
+    The grid is as coarse as the map's passages allow: its free cells keep a mean clearance of six cells.
+    """
+    top, bottom, left, right = known_bounds(cells)
+    diagonal = math.hypot(bottom - top + 1, right - left + 1)
+    if bottom < 0:
+        return None
+    features, clearance = _shrunk(cells, (top, bottom, left, right), max(1.0, diagonal / DIAGONAL_CELLS))
+    if features is None or clearance >= MEAN_CLEARANCE_CELLS or features.factor == 1.0:
+        return features
+    finer = min(LARGEST_DIAGONAL_CELLS, DIAGONAL_CELLS * MEAN_CLEARANCE_CELLS / clearance)
+    return _shrunk(cells, (top, bottom, left, right), max(1.0, diagonal / finer))[0]
+
+
+def _shrunk(cells: NDArray[np.int8], bounds: tuple[int, int, int, int], factor: float) -> tuple[Features | None, float]:
+    """Return the features at a shrinking factor, and the mean clearance of their free cells."""
+    counts = shrink(cells, bounds, factor)
+    n_free, n_occupied, n_surface, sum_u, sum_v = (np.pad(c, MARGIN_CELLS) for c in counts[:5])
+    occupied = n_occupied > 0
+    free = (n_free >= FREE_SHARE * factor**2) & ~occupied
+    # holes between diverging rays are free: nearly half of what surrounds them is
+    free |= (cv2.blur(free.astype(np.float32), (3, 3)) > 0.45) & ~occupied
+    working = np.where(occupied, OCCUPIED, np.where(free, FREE, UNKNOWN)).astype(np.int8)
+    specks = specks_of_few(working, n_occupied, SPECK_CELLS)
+    occupied, free = occupied & ~specks, free | specks
+    beside_free = cv2.dilate(free.view(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    wall = (n_surface > 0) & beside_free & occupied
+    if not wall.any():
+        return None, 0.0
+    offset = MARGIN_CELLS - 0.5 + (0.5 - np.array([bounds[2], bounds[0]], np.float64)) / factor
+    surface = np.stack([sum_u[wall], sum_v[wall]], axis=1) / n_surface[wall][:, None]  # (N, 2) in the map's pixels
+    distance = cv2.distanceTransform((~wall).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+    clearance = cv2.distanceTransform(free.view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_3)
+    features = Features(
+        factor=factor,
+        offset=offset,
+        free=free,
+        known=free | occupied,
+        walls=surface / factor + offset,
+        distance=np.asarray(distance, np.float32),
+        distance_bins=BIN_OF_HALF_CELL[np.minimum(2 * distance, len(BIN_OF_HALF_CELL) - 1).astype(np.uint8)],
+    )
+    return features, float(clearance[free].mean()) if free.any() else 0.0
+
+
+def dominant_angles(features: Features, *, most: int = 2, least_share: float = 0.5) -> list[tuple[float, float]]:
+    """Find the directions along which walls pile up, modulo a quarter turn.
+
+    Returns
+    -------
+    list
+        (angle, contrast), strongest first: radians in the working grid, and the peak's energy above the median over the
+        median. Weaker peaks than `least_share` of the first are left out.
+    """
+    points = features.walls - features.walls.mean(axis=0)
+    degrees = np.arange(QUARTER_TURN_DEG)
+    energy = _folded_energy(points, np.radians(degrees.astype(np.float64)), 1.5)
+    floor = float(np.median(energy))
+    left = energy - floor
+    peaks: list[tuple[float, float]] = []
+    while len(peaks) < most and left.max() > 0:
+        at = int(np.argmax(left))
+        if peaks and left[at] < least_share * floor * peaks[0][1]:
+            break
+        angle = math.radians(at)
+        for step in FINE_STEPS_RAD:
+            near: NDArray[np.float64] = angle + step * np.arange(-5.0, 6.0)
+            angle = float(near[np.argmax(_folded_energy(points, near, 1.0))])
+        peaks.append((angle, float(left[at]) / floor))
+        left[np.abs((degrees - at + 45) % 90 - 45) <= 10] = 0
+    return peaks
+
+
+def _folded_energy(points: NDArray[np.float64], angles: NDArray[np.float64], width: float) -> NDArray[np.float64]:
+    """Sum the energies of the profiles on both axes of each frame."""
+    both = profile_energies(points, np.concatenate([angles, angles + math.pi / 2]), width)
+    folded: NDArray[np.float64] = both.reshape(2, -1).sum(axis=0)
+    return folded
+
+
+def rectangles_in_frame(features: Features, angle: float, *, most: int) -> Frame:
+    """List the map's maximal empty rectangles in the frame at an angle: large ones first, near doubles left out."""
+    height, width = features.free.shape
+    cos, sin = math.cos(angle), math.sin(angle)
+    size = (int(width * abs(cos) + height * abs(sin)) + 3, int(width * abs(sin) + height * abs(cos)) + 3)
+    turn = np.array([[cos, sin], [-sin, cos]])
+    shift = (np.array(size) - 1) / 2 - turn @ ((np.array([width, height]) - 1) / 2)
+    free = cv2.warpAffine(features.free.astype(np.float32), np.column_stack([turn, shift]), size) > 0.5
+    wall = np.zeros(free.shape, np.uint8)
+    u, v = np.rint(features.walls @ turn.T + shift).astype(np.int64).T
+    wall[v, u] = 1
+    free &= wall == 0
+    found = maximal_rectangles(free, min_side_cells=SMALLEST_SIDE_CELLS)
+    near_wall = np.asarray(cv2.dilate(wall, np.ones((3, 3), np.uint8)), np.uint8)
+    support = _wall_shares(near_wall, found)
+    w, h = found[:, 2].astype(np.float64), found[:, 3].astype(np.float64)
+    worth = np.sqrt(w * h) * (0.2 + support.mean(axis=1)) * np.minimum(1, np.minimum(w, h) / 8)
+    kept = suppress(found, np.argsort(-worth, kind="stable"), ALIKE_IOU, most)
+    centres = (found[kept, :2] + (found[kept, 2:] - 1) / 2 - shift) @ turn
+    return Frame(angle, np.column_stack([centres, found[kept, 2:]]).astype(np.float64), support[kept] >= 0.4)
+
+
+def _wall_shares(near_wall: NDArray[np.uint8], rectangles: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Share of the left, right, top and bottom side of each rectangle that runs along a wall, shape (N, 4)."""
+    total = cv2.integral(near_wall)
+    height, width = near_wall.shape
+    x, y, w, h = rectangles.T
+
+    def inside(x0: Cells, y0: Cells, dx: Cells | int, dy: Cells | int) -> Cells:
+        left, right = np.clip(x0, 0, width), np.clip(x0 + dx, 0, width)
+        top, bottom = np.clip(y0, 0, height), np.clip(y0 + dy, 0, height)
+        counts: Cells = total[bottom, right] - total[top, right] - total[bottom, left] + total[top, left]
+        return counts
+
+    sides = (
+        inside(x - 1, y, 1, h) / h,
+        inside(x + w, y, 1, h) / h,
+        inside(x, y - 1, w, 1) / w,
+        inside(x, y + h, w, 1) / w,
+    )
+    return np.stack(sides, axis=1)

@@ -1,0 +1,91 @@
+"""How well walls explain walls: the log-likelihood ratio of a distance to the other map's next wall."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge._kernels.placements import add_scores, invert
+from rectmerge.robust.features import DISTANCE_EDGES_CELLS, Features
+
+STEPS_PER_NAT = 1024  # likelihoods are whole numbers of this step
+LARGEST_GAIN = 3.0
+NEAR_SIGMAS = 2.5  # the unknown this close to a wall counts as known: walls have two faces
+
+
+@dataclass(frozen=True, slots=True)
+class WallNoise:
+    """How far a wall of one map lies from the same wall in the other.
+
+    Parameters
+    ----------
+    spreads
+        Standard deviations of equally likely Gaussians, in working cells.
+    outliers
+        Share of the walls that the other map does not have.
+    """
+
+    spreads: tuple[float, ...]
+    outliers: float
+
+
+SEARCH_NOISE = WallNoise((1.5, 3.75), 0.25)
+JUDGED_NOISES = (WallNoise((1.0,), 0.05), WallNoise((2.0,), 0.15), WallNoise((4.0,), 0.25))  # rigid, drifting, bent
+
+
+def likelihood_field(features: Features, noise: WallNoise) -> NDArray[np.int32]:
+    """Log-likelihood ratio that a foreign wall point at a cell is a wall of this map, in 1/1024 nat, shape (h, w).
+
+    The alternative is a point anywhere in this map's known area: a wall met in a big empty room says more than one met
+    among shelves, and the empty room itself says nothing. 0 where the map is unknown, and along the border.
+    """
+    background = np.bincount(features.distance_bins[features.known], minlength=len(DISTANCE_EDGES_CELLS) - 1) + 1.0
+    background /= background.sum()
+    below = [[math.erf(edge / (s * math.sqrt(2))) for edge in DISTANCE_EDGES_CELLS] for s in noise.spreads]
+    ratio = np.log((1 - noise.outliers) * np.diff(np.mean(below, axis=0)) / background + noise.outliers)
+    steps = np.rint(STEPS_PER_NAT * np.minimum(ratio, LARGEST_GAIN)).astype(np.int32)
+    field: NDArray[np.int32] = steps[features.distance_bins]
+    field[~features.known & (features.distance > NEAR_SIGMAS * min(noise.spreads))] = 0
+    field[[0, -1], :] = 0
+    field[:, [0, -1]] = 0
+    return field
+
+
+class Judge:
+    """Scores placements of B's working grid on A's by the walls of both.
+
+    Parameters
+    ----------
+    a, b
+        The features of both maps.
+    walls_a, walls_b
+        Their wall points, shape (N, 2), in the order in which they are drawn where not all are asked.
+    noise
+        How far matching walls lie apart.
+    """
+
+    def __init__(
+        self, a: Features, b: Features, walls_a: NDArray[np.float64], walls_b: NDArray[np.float64], noise: WallNoise
+    ) -> None:
+        self._walls_a = np.ascontiguousarray(walls_a.T, np.float32)
+        self._walls_b = np.ascontiguousarray(walls_b.T, np.float32)
+        self._field_a, self._field_b = likelihood_field(a, noise), likelihood_field(b, noise)
+
+    def score(self, placements: NDArray[np.float64], *, most_points: int | None = None) -> NDArray[np.float64]:
+        """Sum the log-likelihood ratios of both maps' wall points, shape (N,); fewer points stand for all."""
+        forward = _sums(placements, self._walls_b, self._field_a, most_points)
+        backward = _sums(invert(placements), self._walls_a, self._field_b, most_points)
+        return forward + backward
+
+
+def _sums(
+    placements: NDArray[np.float64], walls: NDArray[np.float32], field: NDArray[np.int32], most: int | None
+) -> NDArray[np.float64]:
+    drawn = np.ascontiguousarray(walls[:, :most])
+    steps = np.zeros(len(placements), np.int64)
+    add_scores(placements, drawn, field, steps)
+    sums: NDArray[np.float64] = steps * (walls.shape[1] / drawn.shape[1] / STEPS_PER_NAT)
+    return sums

@@ -1,0 +1,208 @@
+"""The method `robust`: rectangles propose, walls judge, the cells of the given maps make it exact."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.alignment import Alignment, Candidate
+from rectmerge.errors import InputError
+from rectmerge.grid import OccupancyGrid
+from rectmerge.overlap import Agreement, Comparison
+from rectmerge.quality import measure_quality
+from rectmerge.robust.features import (
+    QUARTER_TURN_DEG,
+    Features,
+    Frame,
+    dominant_angles,
+    extract_features,
+    rectangles_in_frame,
+    trinary,
+)
+from rectmerge.robust.refinement import RIVAL_POINTS, SURFACE_POINTS, Fit, Surface, fit_surfaces, to_pixels
+from rectmerge.robust.search import Ranking, Search
+from rectmerge.robust.verdict import Evidence, judge
+from rectmerge.similarity import Similarity
+
+REFINED_BEYOND = 0.05  # refinement may leave the bounds of the scale by this share
+WEAK_CONTRAST = 0.6  # a map whose walls pile up less than this in any direction may have none that dominates
+ALL_ROUND_STEP_DEG = 5  # between the frames that are tried then
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Robust:
+    """Align by rectangles and walls; says how sure it is, and no.
+
+    Every pair of maximal empty rectangles that could be the same room, in four quarter turns, proposes a placement.
+    The walls of each map, against the other's distance field, judge it: by their log-likelihood ratio against chance.
+    The best are refined; the best of all is accepted if no distinct placement comes close, and made exact on the
+    cells of the given maps.
+
+    Parameters
+    ----------
+    rectangles
+        Rectangles kept of each map and frame.
+    screened
+        Hypotheses kept by the first screening.
+    refined
+        Hypotheses refined.
+    candidates
+        Candidates reported at the most.
+
+    Raises
+    ------
+    InputError
+        If a parameter is below 1.
+    """
+
+    rectangles: int = 200
+    screened: int = 1000
+    refined: int = 120
+    candidates: int = 5
+
+    @property
+    def name(self) -> str:
+        """The name people type."""
+        return "robust"
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            if getattr(self, field.name) < 1:
+                raise InputError(f"{field.name} must be >= 1, got {getattr(self, field.name)}")
+
+    def align(
+        self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
+    ) -> Alignment:
+        """Place B on A; `scale` bounds the pixel scale (cells of A per cell of B)."""
+        maps = _Map.of(a), _Map.of(b)
+        quality = {name: measure_quality(grid).as_dict() for name, grid in (("a", a), ("b", b))}
+        for name, map_ in zip("AB", maps, strict=True):
+            if map_.features is None:
+                reason = f"map {name} has no wall beside free space"
+                return Alignment(verdict="rejected", reason=reason, method=self.name, quality=quality)
+        # the richer map stays and the other moves, so that the answer for (b, a) is the inverse of that for (a, b)
+        swapped = maps[1].rank > maps[0].rank
+        fixed, moving = maps[::-1] if swapped else maps
+        bounds = (1 / scale[1], 1 / scale[0]) if swapped else scale
+        search, ranking = self._search(fixed.walled, moving.walled, bounds, rng)
+        if len(ranking.placements) == 0:
+            reason = "no rectangle of free space in one map fits one in the other at a scale within bounds"
+            return Alignment(verdict="rejected", reason=reason, method=self.name, quality=quality)
+        answers = self._exact(search, ranking, fixed, moving, bounds)
+        verdict, reason = judge(answers[0][2])
+        if verdict != "accepted" and self._is_mirrored(fixed, moving, bounds, rng):
+            verdict, reason = "rejected", "the maps fit when one is mirrored: is one image flipped?"
+        candidates = tuple(
+            _candidate(fit.inverse() if swapped else fit, agreement, evidence, a, b)
+            for fit, agreement, evidence in answers
+        )
+        return Alignment(
+            verdict=verdict,
+            reason=reason,
+            method=self.name,
+            candidates=candidates,
+            confidence=candidates[0].confidence,
+            quality=quality,
+        )
+
+    def _search(
+        self, a: Features, b: Features, scale: tuple[float, float], rng: np.random.Generator
+    ) -> tuple[Search, Ranking]:
+        """Search in the orthogonal frames; where no direction dominates and nothing convinces, in frames all round."""
+        angles_a, angles_b = dominant_angles(a), dominant_angles(b)
+        search = Search(
+            a=a,
+            b=b,
+            walls_a=rng.permutation(a.walls),
+            walls_b=rng.permutation(b.walls),
+            scale_bounds=_widened((scale[0] * b.factor / a.factor, scale[1] * b.factor / a.factor)),
+            screened=self.screened,
+            refined=self.refined,
+        )
+        frames_a = [self._frame(a, angle) for angle, _ in angles_a]
+        ranking = search.run(frames_a, [self._frame(b, angle) for angle, _ in angles_b])
+        if min(angles_a[0][1], angles_b[0][1]) >= WEAK_CONTRAST or _convinces(search, ranking):
+            return search, ranking
+        all_round = [self._frame(b, np.radians(d)) for d in range(0, QUARTER_TURN_DEG, ALL_ROUND_STEP_DEG)]
+        return search, search.run(frames_a[:1], all_round)
+
+    def _frame(self, features: Features, angle: float) -> Frame:
+        return rectangles_in_frame(features, angle, most=self.rectangles)
+
+    def _exact(
+        self, search: Search, ranking: Ranking, fixed: _Map, moving: _Map, scale: tuple[float, float]
+    ) -> list[tuple[Fit, Agreement, Evidence]]:
+        """Make the best placements exact on the maps' own cells, and gather what speaks for each."""
+        surfaces = Surface.of(fixed.cells), Surface.of(moving.cells)
+        comparison = Comparison(fixed.grid, moving.grid)
+        answers = []
+        for i in range(min(self.candidates, len(ranking.placements))):
+            placement = to_pixels(ranking.placements[i], search.a, search.b)
+            fit = fit_surfaces(placement, *surfaces, _widened(scale), points=RIVAL_POINTS if i else SURFACE_POINTS)
+            agreement = comparison.measure(_similarity(fit))
+            evidence = dataclasses.replace(
+                search.evidence(ranking, i),
+                matched=fit.matched,
+                overlap=agreement.overlap,
+                conflict=agreement.conflict,
+            )
+            answers.append((fit, agreement, evidence))
+        return answers
+
+    def _is_mirrored(self, fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator) -> bool:
+        """Whether the maps fit when one image is flipped."""
+        flipped = extract_features(np.ascontiguousarray(moving.cells[:, ::-1]))
+        assert flipped is not None  # the map itself has walls
+        return _convinces(*self._search(fixed.walled, flipped, scale, rng))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Map:
+    """A map with what was read off it."""
+
+    grid: OccupancyGrid
+    cells: NDArray[np.int8]
+    features: Features | None
+
+    @classmethod
+    def of(cls, grid: OccupancyGrid) -> _Map:
+        cells = trinary(grid)
+        return cls(grid, cells, extract_features(cells))
+
+    @property
+    def walled(self) -> Features:
+        assert self.features is not None
+        return self.features
+
+    @property
+    def rank(self) -> tuple[float, ...]:
+        """An order of maps that does not depend on which of two is called A."""
+        return len(self.walled.walls), self.cells.size, float(self.walled.walls.sum())
+
+
+def _convinces(search: Search, ranking: Ranking) -> bool:
+    return len(ranking.placements) > 0 and judge(search.evidence(ranking))[0] == "accepted"
+
+
+def _widened(bounds: tuple[float, float]) -> tuple[float, float]:
+    return bounds[0] * (1 - REFINED_BEYOND), bounds[1] * (1 + REFINED_BEYOND)
+
+
+def _similarity(fit: Fit) -> Similarity:
+    a, b, tx, ty = fit.placement
+    return Similarity.from_matrix([[a, -b, tx], [b, a, ty]])
+
+
+def _candidate(fit: Fit, agreement: Agreement, evidence: Evidence, a: OccupancyGrid, b: OccupancyGrid) -> Candidate:
+    return Candidate.from_pixels(
+        _similarity(fit),
+        a,
+        b,
+        confidence=evidence.probability,
+        agreement=agreement,
+        covariance=fit.covariance_in_map_frame(a),
+        evidence=dataclasses.asdict(evidence) | {"residual_cells": fit.residual_cells},
+    )

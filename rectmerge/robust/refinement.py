@@ -1,0 +1,166 @@
+"""Making a placement exact: on the working grids first, then on the cells of the given maps."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge._kernels.fitting import find_surface, fit_to_fields, fit_to_surfaces
+from rectmerge._kernels.placements import invert
+from rectmerge.grid import OccupancyGrid
+from rectmerge.robust.features import Features
+
+BROAD = (16.0, 12.0, 8.0, 8.0)  # working cells
+FINE = (6.0, 6.0, 4.0, 4.0, 3.0, 3.0)
+ONTO_RIGID = (2.0, 2.0, 2.0)
+ONTO_BENT = (10.0, 10.0, 10.0)
+REACH_CELLS = (6.0, 4.0, 3.0, 2.5, 2.5)  # full resolution
+SURFACE_POINTS = 2000  # of each map, for the best placement
+RIVAL_POINTS = 300  # for the others
+LEAST_MATCHED = 0.5  # share of the surface in the overlap that must find its partner within 2.5 cells
+BLOCK_CELLS = 20.0  # neighbouring wall cells err together: about this many count as one
+
+
+def refine(
+    placements: NDArray[np.float64],
+    a: Features,
+    b: Features,
+    walls: tuple[NDArray[np.float64], NDArray[np.float64]],
+    reaches: tuple[float, ...],
+    scale_bounds: tuple[float, float],
+) -> NDArray[np.float64]:
+    """Move placements to where the walls of each map lie on the walls of the other, shape (N, 4).
+
+    Parameters
+    ----------
+    placements
+        Rows (a, b, tx, ty) between the working grids.
+    walls
+        The wall points to use of A and of B, shape (N, 2).
+    reaches
+        Distances, in A's working cells, from which a wall no longer pulls: one Gauss-Newton step each.
+    scale_bounds
+        Bounds of the scale between the working grids.
+    """
+    moved = placements.copy()
+    fit_to_fields(
+        moved, walls[1], a.distance, a.known, walls[0], b.distance, b.known, np.array(reaches), scale_bounds
+    )  # fmt: skip
+    return moved
+
+
+def to_pixels(placement: NDArray[np.float64], a: Features, b: Features) -> NDArray[np.float64]:
+    """Turn a placement between working grids, (4,), into one between the pixels of the maps."""
+    linear = np.array([[placement[0], -placement[1]], [placement[1], placement[0]]])
+    shift = (linear @ b.offset + placement[2:] - a.offset) * a.factor
+    return np.array([*(placement[:2] * a.factor / b.factor), *shift])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """The wall surface of a map at full resolution.
+
+    Parameters
+    ----------
+    cells
+        Shape (N, 4): (u, v) of each occupied cell beside free space, and the normal into that space.
+    index
+        Shape (H, W), int32: row in `cells`, -1 elsewhere.
+    """
+
+    cells: NDArray[np.float64]
+    index: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, trinary: NDArray[np.int8]) -> Surface:
+        """Find the surface of a map given as -1 unknown, 0 free, 100 occupied."""
+        cells = find_surface(trinary)
+        index = np.full(trinary.shape, -1, np.int32)
+        index[cells[:, 1].astype(np.intp), cells[:, 0].astype(np.intp)] = np.arange(len(cells))
+        return cls(cells, index)
+
+    def seen_by(self, placement: NDArray[np.float64], shape: tuple[int, int], most: int) -> NDArray[np.float64]:
+        """Return evenly spaced surface cells that a placement puts inside a map of a shape."""
+        a, b, tx, ty = placement
+        u, v = self.cells[:, 0], self.cells[:, 1]
+        x, y = a * u - b * v + tx, b * u + a * v + ty
+        inside = self.cells[(x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])]
+        spaced: NDArray[np.float64] = inside[:: -(-len(inside) // most) or 1]
+        return spaced
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """A placement between the pixels of two maps, made exact on their cells.
+
+    Parameters
+    ----------
+    placement
+        (a, b, tx, ty) between pixel centres.
+    covariance
+        Shape (4, 4) over (angle, ln scale, tx, ty) about the centroid of the overlap, in A's pixels.
+    matched
+        Share of the wall surface in the overlap that lies within 2.5 cells of the other map's.
+    residual_cells
+        Root mean square distance of the matched surfaces, in A's cells.
+    """
+
+    placement: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    matched: float
+    residual_cells: float
+
+    def inverse(self) -> Fit:
+        """Return the same fit as a placement of A on B."""
+        back = invert(self.placement[None])[0]
+        turn = -np.eye(4)
+        turn[2:, 2:] = [[-back[0], back[1]], [-back[1], -back[0]]]
+        scale = math.hypot(back[0], back[1])
+        return Fit(back, turn @ self.covariance @ turn.T, self.matched, self.residual_cells * scale)
+
+    def covariance_in_map_frame(self, a: OccupancyGrid) -> NDArray[np.float64]:
+        """Return the covariance in A's map frame, where y points up."""
+        yaw, cell = a.origin[2], a.cell_size
+        turn = np.diag([-1.0, 1.0, 0.0, 0.0])
+        turn[2:, 2:] = cell * np.array([[math.cos(yaw), math.sin(yaw)], [math.sin(yaw), -math.cos(yaw)]])
+        covariance: NDArray[np.float64] = turn @ self.covariance @ turn.T
+        return covariance
+
+
+def fit_surfaces(
+    placement: NDArray[np.float64], a: Surface, b: Surface, scale_bounds: tuple[float, float], *, points: int
+) -> Fit:
+    """Refine a placement on the maps' own cells: each wall face onto the face that looks the same way.
+
+    Thick walls are seen from both sides; matching faces by their normals keeps one side from being pulled onto the
+    other. Where too little of the overlap matches (maps that bend against each other), the placement stays, because
+    no single similarity is exact there.
+    """
+    back = invert(placement[None])[0]
+    points_b, points_a = b.seen_by(placement, a.index.shape, points), a.seen_by(back, b.index.shape, points)
+    start = tuple(placement.tolist())
+    fitted, normal, square, matched, inside = fit_to_surfaces(
+        start, points_b, a.index, a.cells, points_a, b.index, b.cells, np.array(REACH_CELLS), scale_bounds,
+        LEAST_MATCHED / 2,
+    )  # fmt: skip
+    share = matched / max(1, inside)
+    exact = np.array(fitted) if share >= LEAST_MATCHED else placement
+    variance = (square + 1 / 12) * BLOCK_CELLS  # with a cell's own quantisation; neighbours share their errors
+    covariance = np.linalg.pinv(normal, hermitian=True) * variance
+    return Fit(exact, _about_centroid(covariance, exact, points_b), share, math.sqrt(square))
+
+
+def _about_centroid(
+    covariance: NDArray[np.float64], placement: NDArray[np.float64], points: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Move the point that a covariance turns about from B's origin to the centroid of the points of B."""
+    u, v = points[:, :2].mean(axis=0) if len(points) else np.zeros(2)
+    x, y = placement[0] * u - placement[1] * v, placement[1] * u + placement[0] * v
+    about = np.eye(4)
+    about[2, :2] = -y, x
+    about[3, :2] = x, y
+    moved: NDArray[np.float64] = about @ covariance @ about.T
+    return moved

@@ -1,0 +1,85 @@
+"""Whether the best placement can be trusted: its evidence, a probability, and a reason a user can act on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from rectmerge.alignment import Verdict
+
+ACCEPT_AT = 0.65  # probability
+CRISP_AT = 0.5  # share of matched surface from which two maps fit each other rigidly
+# A logistic model, fitted to pairs of the development maps and of simulated offices, half of them unrelated.
+BIAS, RIVAL, IOU, SUPPORT, MISSING, CONTRADICTION = -0.2, -8.0, 16.4, 11.5, -28.9, -14.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """What speaks for a placement.
+
+    Parameters
+    ----------
+    likelihood
+        Log-likelihood ratio of all walls against chance, damped by the square root of the overlap.
+    rival
+        The best distinct placement's likelihood over this one's: below 1 for the best, and the smaller the better.
+    overlap, iou
+        Of the free space of the working grids: over the smaller area, and over the union.
+    support
+        Likelihood per wall point of the map that has fewer.
+    missing
+        Share of the walls on known cells of the other map that lie deep in its free space.
+    matched
+        Share of the wall surface in the overlap that lies within 2.5 cells of the other map's.
+    conflict
+        As in `rectmerge.overlap.Agreement`.
+    """
+
+    likelihood: float
+    rival: float
+    overlap: float
+    iou: float
+    support: float
+    missing: float
+    matched: float = 0.0
+    conflict: float = 0.0
+
+    @property
+    def probability(self) -> float:
+        """Probability that the placement is right."""
+        return self._probability(self.rival)
+
+    @property
+    def probability_without_rival(self) -> float:
+        """The same if no other placement came close."""
+        return self._probability(0.0)
+
+    def _probability(self, rival: float) -> float:
+        # maps that fit to the cell in places are not bent: where they disagree, something is wrong
+        contradiction = self.conflict * min(1.0, self.matched / CRISP_AT)
+        z = (
+            BIAS
+            + RIVAL * min(rival, 1.5)
+            + IOU * self.iou
+            + SUPPORT * min(self.support, 1.0)
+            + MISSING * self.missing
+            + CONTRADICTION * contradiction
+        )
+        return 1 / (1 + math.exp(-max(-30.0, min(30.0, z))))
+
+
+def judge(evidence: Evidence) -> tuple[Verdict, str]:
+    """Give the verdict on the best placement and its reason."""
+    if evidence.probability >= ACCEPT_AT:
+        return "accepted", f"the walls of both maps agree over {evidence.overlap:.0%} of the smaller free area"
+    if evidence.probability_without_rival >= ACCEPT_AT:
+        return "ambiguous", (
+            f"more than one placement explains the walls (the second has {evidence.rival:.0%} of the evidence of the "
+            "first): look at the candidates, or map more of what tells the places apart"
+        )
+    if evidence.likelihood <= 0:
+        return "rejected", "no placement explains the walls better than chance: are these maps of the same place?"
+    return "rejected", (
+        f"the best placement agrees too little (overlap {evidence.overlap:.0%} of the smaller map, "
+        f"{evidence.missing:.0%} of its walls contradicted): the maps share too little, or nothing"
+    )
