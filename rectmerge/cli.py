@@ -194,19 +194,18 @@ def _read_maps(paths: Sequence[Path], levels: dict[str, int | None], *, quiet: b
 
     if all(map(is_yaml, paths)) and any(level is not None for level in levels.values()):
         raise InputError("--free, --occupied and --unknown are for plain images; a YAML tells them by its thresholds")
-    grids = []
+    grids, notes = [], []
     for path in paths:
         if is_yaml(path):
             grids.append(read_map(path))
             continue
         grid, guess = read_image(path, **levels)
         grids.append(grid)
-        if not quiet:
-            console.say(
-                f"{path}: read with {guess} (--free, --occupied, --unknown say otherwise); resolution not known"
-            )
-            if beside := [p for s in (".yaml", ".yml") if (p := path.with_suffix(s)).exists()]:
-                console.say(f"{path}: {beside[0].name} beside it is not read; give it instead to use what it tells")
+        notes.append(f"{path}: read with {guess} (--free, --occupied, --unknown say otherwise); resolution not known")
+        if beside := [p for s in (".yaml", ".yml") if (p := path.with_suffix(s)).exists()]:
+            notes.append(f"{path}: {beside[0].name} beside it is not read; give it instead to use what it tells")
+    for note in () if quiet else notes:  # once all are read: of bad input there is one line
+        console.say(note)
     return grids
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import errno
+import logging
 import os
 import sys
 import tempfile
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -66,7 +68,8 @@ def run(app: typer.Typer, prog: str, args: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if args is None else args)
     try:
-        typer.main.get_command(app).main(args=words, prog_name=prog)
+        with _notes(prog, quiet=not {"--quiet", "-q"}.isdisjoint(words)):
+            typer.main.get_command(app).main(args=words, prog_name=prog)
     except SystemExit as end:  # how a command line ends in every version of typer
         return _status(end, prog)
     except KeyboardInterrupt:
@@ -88,6 +91,26 @@ def say(line: str) -> None:
 def one_line(error: BaseException) -> str:
     """Return an error's message as one line."""
     return " ".join(str(error).split()) or type(error).__name__
+
+
+@contextmanager
+def _notes(prog: str, *, quiet: bool) -> Iterator[None]:
+    """Show on stderr what the library notes meanwhile, such as that it compiles."""
+    logger, handler = logging.getLogger("rectmerge"), _ToStderr()
+    handler.setFormatter(logging.Formatter(f"{prog}: %(message)s"))
+    before = logger.level
+    logger.addHandler(handler)
+    logger.setLevel(logging.WARNING if quiet else logging.INFO)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.setLevel(before)
+
+
+class _ToStderr(logging.Handler):
+    def emit(self, record: logging.LogRecord) -> None:
+        say(self.format(record))
 
 
 def _status(end: SystemExit, prog: str) -> int:

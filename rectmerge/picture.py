@@ -24,8 +24,8 @@ LEGEND_PX = 34
 UNKNOWN_GREY, FREE_WHITE, WALL_BLACK = (205, 205, 205), (255, 255, 255), (0, 0, 0)
 ONLY_A, ONLY_B, BOTH = (189, 215, 238), (252, 221, 178), (219, 240, 208)
 WALL_A, WALL_B, WALL_BOTH, CONFLICT = (23, 84, 166), (201, 98, 0), (0, 0, 0), (220, 0, 60)
-YELLOW, PINK = (214, 158, 0), (222, 50, 150)
-SERIES: tuple[Color, ...] = ((23, 84, 166), (201, 98, 0), (18, 128, 60), (136, 34, 168))
+YELLOW, PINK, GREEN = (214, 158, 0), (222, 50, 150), (18, 128, 60)
+SERIES: tuple[Color, ...] = (WALL_A, WALL_B, GREEN, (136, 34, 168))
 
 
 def draw_overlay(a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) -> Picture:
@@ -109,6 +109,18 @@ def draw_series(grid: OccupancyGrid, rectangles: Sequence[Rectangle], series: Ma
     for index in {i: None for indices in series.values() for i in indices}:
         _write_in(image, rectangles[index], str(index + 1), zoom)
     return _with_legend(image, dict(zip(series, SERIES, strict=False)))
+
+
+def draw_triangle(grid: OccupancyGrid, rectangles: Sequence[Rectangle]) -> Picture:
+    """Draw three rectangles of a map, numbered in order, and the triangle of their centres (figures 8 to 10)."""
+    image, zoom = draw_map(grid), _zoom(grid.shape)
+    for box in rectangles:
+        cv2.rectangle(image, *_corners(box, zoom), GREEN, 2)
+    path = np.array([_centre(box, zoom) for box in rectangles], np.int32).reshape(-1, 1, 2)
+    cv2.polylines(image, [path], isClosed=True, color=GREEN, thickness=2, lineType=cv2.LINE_AA)
+    for number, box in enumerate(rectangles, start=1):
+        _write_in(image, box, str(number), zoom)
+    return image
 
 
 def draw_parallels(

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar, cast
 
 import numba
+from numba.core import event
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+log = logging.getLogger(__name__)
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
@@ -17,3 +21,28 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
         return cast(Callable[P, R], numba.njit(cache=True, nogil=True)(function))
     except RuntimeError:  # a read-only file system offers no place for a cache
         return cast(Callable[P, R], numba.njit(nogil=True)(function))
+
+
+class _Notice(event.Listener):
+    """Logs a line before the process's first compilation; numba tells of none for what it reads from a cache."""
+
+    given = False
+
+    def on_start(self, what: event.Event) -> None:
+        if self.given:
+            return
+        self.given = True
+        cached = what.data["dispatcher"].stats.cache_path is not None
+        often = (
+            "once on this machine"
+            if cached
+            else "at every start: no cache can be written, NUMBA_CACHE_DIR may name a place"
+        )
+        log.info("compiling the inner loops, which takes up to a minute (%s) ...", often)
+
+    def on_end(self, what: event.Event) -> None:
+        """Do nothing: the line is said before the wait, not after it."""
+
+
+NOTICE = _Notice()
+event.register("numba:compile", NOTICE)  # type: ignore[no-untyped-call] # numba's own, without annotations

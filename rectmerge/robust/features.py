@@ -154,7 +154,7 @@ def dominant_angles(features: Features, *, most: int = 2, least_share: float = 0
     -------
     list
         (angle, contrast), strongest first: radians in the working grid, and the peak's energy above the median over the
-        median. Weaker peaks than `least_share` of the first are left out.
+        median. Weaker peaks than `least_share` of the first are left out; the first is always there.
     """
     points = features.walls - features.walls.mean(axis=0)
     degrees = np.arange(QUARTER_TURN_DEG)
@@ -162,7 +162,7 @@ def dominant_angles(features: Features, *, most: int = 2, least_share: float = 0
     floor = float(np.median(energy))
     left = energy - floor
     peaks: list[tuple[float, float]] = []
-    while len(peaks) < most and left.max() > 0:
+    while not peaks or (len(peaks) < most and left.max() > 0):
         at = int(np.argmax(left))
         if peaks and left[at] < least_share * floor * peaks[0][1]:
             break

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.placements import add_scores, invert
+from rectmerge._kernels.placements import add_bent_scores, add_scores, invert
 from rectmerge.robust.features import DISTANCE_EDGES_CELLS, Features
 
 STEPS_PER_NAT = 1024  # likelihoods are whole numbers of this step
@@ -34,6 +34,11 @@ class WallNoise:
 
 SEARCH_NOISE = WallNoise((1.5, 3.75), 0.25)
 JUDGED_NOISES = (WallNoise((1.0,), 0.05), WallNoise((2.0,), 0.15), WallNoise((4.0,), 0.25))  # rigid, drifting, bent
+BENDING_NOISE = WallNoise((1.5,), 0.2)
+BLOCK_CELLS = 40.0  # maps that bend against each other fit block by block
+BEND_CELLS, BEND_STEP_CELLS = 8, 2  # how far a block may shift, and in which steps
+BEND_COST = 0.01  # nats per wall point and squared cell of its shift
+BLOCK_COST = 6.0  # nats for each block that shifts at all: its two coordinates are fitted, not known
 
 
 def likelihood_field(features: Features, noise: WallNoise) -> NDArray[np.int32]:
@@ -79,6 +84,32 @@ class Judge:
         forward = _sums(placements, self._walls_b, self._field_a, most_points)
         backward = _sums(invert(placements), self._walls_a, self._field_b, most_points)
         return forward + backward
+
+    def score_bent(self, placements: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Sum the log-likelihood ratios where each block of walls may shift a little by itself, shape (N,).
+
+        Under the right placement of maps that bend, every block finds its walls nearby; under a wrong one, walls that
+        are not there are not found nearby either.
+        """
+        forward = _bent_sums(placements, self._walls_b, self._field_a)
+        return forward + _bent_sums(invert(placements), self._walls_a, self._field_b)
+
+
+def _bent_sums(
+    placements: NDArray[np.float64], walls: NDArray[np.float32], field: NDArray[np.int32]
+) -> NDArray[np.float64]:
+    columns, rows = np.floor(walls / BLOCK_CELLS).astype(np.int64)
+    block = columns * (rows.max() + 1) + rows
+    order = np.argsort(block, kind="stable")
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(block[order])) + 1, [len(block)]])
+    cost, fixed_cost = round(BEND_COST * STEPS_PER_NAT), round(BLOCK_COST * STEPS_PER_NAT)
+    steps = np.zeros(len(placements), np.int64)
+    sorted_walls = np.ascontiguousarray(walls[:, order])
+    add_bent_scores(
+        placements, sorted_walls, starts, field, BEND_CELLS, BEND_STEP_CELLS, cost, fixed_cost, steps
+    )  # fmt: skip
+    sums: NDArray[np.float64] = steps / STEPS_PER_NAT
+    return sums
 
 
 def _sums(

@@ -13,7 +13,7 @@ from rectmerge._kernels.placements import distinct, invert
 from rectmerge.overlap import area_overlap
 from rectmerge.robust.features import Features, Frame
 from rectmerge.robust.hypotheses import propose
-from rectmerge.robust.likelihood import JUDGED_NOISES, SEARCH_NOISE, Judge, WallNoise
+from rectmerge.robust.likelihood import BENDING_NOISE, JUDGED_NOISES, SEARCH_NOISE, Judge, WallNoise
 from rectmerge.robust.refinement import BROAD, FINE, ONTO_BENT, ONTO_RIGID, refine
 from rectmerge.robust.verdict import Evidence
 
@@ -22,7 +22,7 @@ SEARCH_POINTS, FINAL_POINTS = 300, 800  # wall points of each map in the two ref
 SAME_CELLS = 4.0  # hypotheses closer than this, in working cells, are one
 SAME_FIT_CELLS = 3.0  # so are refined ones
 SAME_RADIUS = 0.25  # answers closer than this share of the map's radius say the same
-FITS = 30  # refined placements that are judged in full
+FITS = 20  # refined placements that are judged in full
 KEPT = 20
 BESIDE_CELLS = 3.0
 DEEP_CELLS = 8.0  # a wall this far from the other map's walls, in its free space, is missing there
@@ -37,7 +37,7 @@ class Ranking:
     placements
         Shape (N, 4), rows (a, b, tx, ty).
     likelihoods
-        Shape (N,): log-likelihood ratio of the walls, damped by the square root of the overlap.
+        Shape (N,): log-likelihood ratio of the walls; of loose fits damped by the square root of the overlap.
     """
 
     placements: NDArray[np.float64]
@@ -118,14 +118,17 @@ class Search:
         return kept
 
     def _ranked(self, fits: NDArray[np.float64]) -> Ranking:
-        """Give each fit its most likely form, as rigid or bent maps, under its most likely noise; rank by that."""
-        forms = [fits, *(self._fit(fits, FINAL_POINTS, reaches) for reaches in (ONTO_RIGID, ONTO_BENT))]
-        judges = [self._judge(noise) for noise in JUDGED_NOISES]
-        scores = np.array([np.max([judge.score(form) for judge in judges], axis=0) for form in forms])  # (3, N)
-        best = scores.argmax(axis=0)
-        placements = np.array([forms[form][i] for i, form in enumerate(best)])
+        """Give each fit its most likely form, as rigid or bent maps, and rank by likelihood under the best noise.
+
+        Of two fits that need wide or bent walls the one with more overlap is likelier; a rigid one stands by itself.
+        """
+        forms = np.stack([fits, *(self._fit(fits, FINAL_POINTS, reaches) for reaches in (ONTO_RIGID, ONTO_BENT))])
+        scores = np.array([[self._judge(noise).score(form) for noise in JUDGED_NOISES] for form in forms])  # (3, K, N)
+        form, each = scores.max(axis=1).argmax(axis=0), np.arange(len(fits))
+        placements, scores = forms[form, each], scores[form, :, each].T  # (N, 4), (K, N)
+        loose = np.maximum(scores[1:].max(axis=0), self._judge(BENDING_NOISE).score_bent(placements))
         overlaps = np.array([free_overlap(placement, self.a, self.b)[0] for placement in placements])
-        likelihoods = scores.max(axis=0) * np.sqrt(overlaps)
+        likelihoods = np.maximum(scores[0], loose * np.sqrt(overlaps))
         order = np.argsort(-likelihoods, kind="stable")
         order = order[distinct(placements[order], self.b.landmarks, SAME_FIT_CELLS, KEPT)]
         return Ranking(placements[order], likelihoods[order])
