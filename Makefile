@@ -5,7 +5,7 @@ MARK := $(VENV)/.installed
 # PyBullet has wheels for Python 3.11 and earlier only, so 3.11 is looked for first.
 PYTHON ?= $(shell command -v python3.11 || command -v python3 || command -v python)
 
-.PHONY: demo test test-fast check bench clean
+.PHONY: demo test test-fast check bench picture clean
 
 demo: $(MARK)-sim
 	$(BIN)/rectbench demo -o demo --force
@@ -14,7 +14,7 @@ test: $(MARK)-all
 	$(BIN)/python -m pytest
 
 test-fast: $(MARK)-all
-	$(BIN)/python -m pytest -m "not slow and not sim"
+	$(BIN)/python -m pytest -m "not slow and not sim and not real"
 
 check: $(MARK)-all
 	$(BIN)/ruff check .
@@ -23,22 +23,28 @@ check: $(MARK)-all
 	$(BIN)/lint-imports
 
 bench: $(MARK)-all
-	$(BIN)/python -m pytest tests/bench -o python_files="bench_*.py" --benchmark-only
+	$(BIN)/python -m pytest tests/bench -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,rounds
+
+# The README's picture: the demo's, small enough to be kept.
+picture: demo
+	$(BIN)/python -c 'from PIL import Image; p = Image.open("demo/demo.png"); p.thumbnail((1280, 1280)); p.quantize(128, method=1, dither=0).save("docs/demo.png", optimize=True)'
 
 clean:
 	rm -rf $(VENV) demo build dist
 
-$(VENV):
+# Marked when done, so that what was interrupted is made again.
+$(VENV)/.made:
 	@test -n "$(PYTHON)" || { echo "no Python found: install Python 3.11 with its venv module (Debian: apt install python3.11-venv), then run make again" >&2; exit 1; }
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' || { echo "$(PYTHON) is $$($(PYTHON) -V 2>&1), but PyBullet has wheels for Python 3.11: install it, or name it with make PYTHON=/path/to/python3.11" >&2; exit 1; }
-	@$(PYTHON) -c 'import ensurepip' 2>/dev/null || { echo "$(PYTHON) cannot make virtual environments: install its venv module (Debian: apt install python3.11-venv)" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null || { echo "$(PYTHON) is $$($(PYTHON) -V 2>&1), but PyBullet has wheels for Python 3.11 only: install that, or name it with make PYTHON=/path/to/python3.11 (rectmerge alone, without the simulation, runs on later ones: pip install .)" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "$(PYTHON) cannot make virtual environments: install its venv module (Debian: apt install python3.11-venv), then run make again" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
+	@touch $@
 
-# One mark per set of extras; uv installs faster where it is there, pip does it everywhere.
+# One mark per set of extras; uv installs faster where it is there and can, pip does it everywhere.
 $(MARK)-sim: EXTRAS := sim
 $(MARK)-all: EXTRAS := sim,bench,ros,dev
-$(MARK)-sim $(MARK)-all: pyproject.toml | $(VENV)
+$(MARK)-sim $(MARK)-all: pyproject.toml $(VENV)/.made
 	@echo "installing rectmerge[$(EXTRAS)] into $(VENV) ..."
-	@if command -v uv >/dev/null; then uv pip install --quiet --python $(BIN)/python -e ".[$(EXTRAS)]"; \
-	else $(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[$(EXTRAS)]"; fi
+	@{ command -v uv >/dev/null && uv pip install --quiet --python $(BIN)/python -e ".[$(EXTRAS)]"; } \
+	|| $(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[$(EXTRAS)]"
 	@touch $@

@@ -109,6 +109,30 @@ def headline(
 
 
 @app.command()
+def results(
+    maps: Annotated[
+        Path, typer.Argument(metavar="MAPS", help="The folder that holds the data sets real_maps and real_lasers.")
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the page and the baseline.")
+    ],
+    force: Annotated[bool, typer.Option("--force", help="Replace earlier results in the folder.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Run the default method on real and simulated pairs and write what it reached, and what each stage earns.
+
+    DIR gets README.md and baseline.json, which the accuracy tests hold later versions to; the rows go into DIR/run.
+    """
+    from scenarios.results import Plan, write_results
+
+    plan = Plan.of(maps)
+    with _progress(plan.rows, quiet) as on_rows:
+        write_results(plan, output, force=force, on_rows=on_rows)
+    typer.echo(f"written: {output}")
+
+
+@app.command()
 def suites(quiet: Quiet = False, debug: Debug = False) -> None:
     """List the suites that come with the package."""
     from scenarios.scenario import load_suite, suite_names

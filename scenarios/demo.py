@@ -154,7 +154,7 @@ def _draw(log: MissionLog, pair: MapPair, answers: dict[str, Answer], rows: Sequ
     return {"demo.png": combine(list(drawn.values())), **{name: one for name, (one, _) in drawn.items()}, **merged}
 
 
-def combine(pictures: Sequence[tuple[Picture, str]], *, columns: int = 4) -> Picture:
+def combine(pictures: Sequence[tuple[Picture, str]], *, columns: int = 3) -> Picture:
     """Set pictures with their captions side by side, each fitted into a tile of one size."""
     return beside([_fitted(picture) for picture, _ in pictures], [text for _, text in pictures], columns=columns)
 

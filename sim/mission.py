@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import zipfile
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from sim.world import World
 
 CONTROL_EVERY = 3  # physics steps per control step
 FEWEST_SCANS = 10
+BROKEN = (OSError, EOFError, zipfile.BadZipFile, ValueError, KeyError, TypeError, AttributeError)  # on a foreign file
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,13 +130,13 @@ class MissionLog:
             If the file is no mission log.
         """
         try:
-            with np.load(path, allow_pickle=False) as data:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
                 head = json.loads(str(data["head"]))
                 robots = {n: _read_robot(data, n, head[n]) for n in ("a", "b")}
-        except (OSError, ValueError, KeyError) as error:
+            spec = MissionSpec(**{**head["spec"], "lidar": Lidar(**head["spec"]["lidar"])})
+            return cls(world=World.from_dict(head["world"]), spec=spec, seed=int(head["seed"]), **robots)
+        except BROKEN as error:
             raise InputError(f"{path} is not a mission log: {error}") from error
-        spec = MissionSpec(**{**head["spec"], "lidar": Lidar(**head["spec"]["lidar"])})
-        return cls(world=World.from_dict(head["world"]), spec=spec, seed=int(head["seed"]), **robots)
 
 
 def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:

@@ -127,3 +127,90 @@ def triangle_features(boxes: NDArray[np.int32]) -> NDArray[np.float64] | None:
     alpha = math.acos((side_i**2 + side_k**2 - side_j**2) / (2 * side_i * side_k))
     beta = math.acos((side_i**2 + side_j**2 - side_k**2) / (2 * side_i * side_j))
     return np.array([*(areas / side_i), math.degrees(alpha), math.degrees(beta)])
+
+
+def score(placement: NDArray[np.float64], points: NDArray[np.float64], field: NDArray[np.int32]) -> int:
+    """Add up the field at the cells nearest to where a placement (a, b, tx, ty) puts points, shape (N, 2)."""
+    total = 0
+    for x, y in move(placement, points).tolist():
+        u, v = math.floor(x + 0.5), math.floor(y + 0.5)
+        if 0 <= v < field.shape[0] and 0 <= u < field.shape[1]:
+            total += int(field[v, u])
+    return total
+
+
+def move(placement: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Move points, shape (N, 2), by a placement (a, b, tx, ty), one by one."""
+    a, b, tx, ty = placement.tolist()
+    return np.array([[a * x - b * y + tx, b * x + a * y + ty] for x, y in points.tolist()]).reshape(-1, 2)
+
+
+def distinct(placements: NDArray[np.float64], landmarks: NDArray[np.float64], apart: float, keep: int) -> list[int]:
+    """Keep the first placements that put some landmark far from where every kept one puts it."""
+    kept: list[int] = []
+    for i, placement in enumerate(placements):
+        mine = move(placement, landmarks)
+        if all(np.abs(mine - move(placements[k], landmarks)).max() >= apart for k in kept) and len(kept) < keep:
+            kept.append(i)
+    return kept
+
+
+def suppress(rectangles: NDArray[np.int32], order: list[int], iou: float, keep: int) -> list[int]:
+    """Keep the first rectangles that share too little with every kept one, counted cell by cell."""
+    masks = [{(u, v) for u in range(x, x + w) for v in range(y, y + h)} for x, y, w, h in rectangles.tolist()]
+    kept: list[int] = []
+    for i in order:
+        if len(kept) < keep and all(len(masks[i] & masks[k]) <= iou * len(masks[i] | masks[k]) for k in kept):
+            kept.append(i)
+    return kept
+
+
+def shrunk_counts(
+    cells: NDArray[np.int8], bounds: tuple[int, int, int, int], factor: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Count the free, occupied and surface cells of each working cell; specks count as free."""
+    top, bottom, left, right = bounds
+    shape = math.ceil((bottom - top + 1) / factor), math.ceil((right - left + 1) / factor)
+    free, occupied, surface = (np.zeros(shape, int) for _ in range(3))
+    for r, c in np.argwhere(cells >= 0).tolist():
+        at = min(shape[0] - 1, int((r - top + 0.5) / factor)), min(shape[1] - 1, int((c - left + 0.5) / factor))
+        if cells[r, c] == 0 or is_speck(cells, r, c):
+            free[at] += 1
+            continue
+        occupied[at] += 1
+        surface[at] += bool((cells[max(0, r - 1) : r + 2, max(0, c - 1) : c + 2] == 0).any())
+    return free, occupied, surface
+
+
+def is_speck(cells: NDArray[np.int8], row: int, col: int, largest: int = 4) -> bool:
+    """Grow the occupied patch at a cell; a speck has at most four cells and free ones all around, inside the map."""
+    patch, waiting = {(row, col)}, [(row, col)]
+    while waiting:
+        r, c = waiting.pop()
+        for i, j in itertools.product((r - 1, r, r + 1), (c - 1, c, c + 1)):
+            if not (0 <= i < cells.shape[0] and 0 <= j < cells.shape[1]) or cells[i, j] < 0:
+                return False
+            if cells[i, j] > 0 and (i, j) not in patch:
+                patch.add((i, j))
+                waiting.append((i, j))
+    return len(patch) <= largest
+
+
+def nearest_facing(
+    surface: NDArray[np.float64], point: tuple[float, float], normal: tuple[float, float], reach: float
+) -> float:
+    """Distance to the nearest surface cell (u, v, nx, ny) within reach that faces as the normal does; inf if none."""
+    distances = [math.dist(point, (u, v)) for u, v, nx, ny in surface if nx * normal[0] + ny * normal[1] >= 0.7]
+    nearest = min(distances, default=math.inf)
+    return nearest if nearest < reach else math.inf
+
+
+def profile_energy(points: NDArray[np.float64], angle: float, width: float, middle: float) -> float:
+    """Share each point between the two bins beside it along a direction, and sum the squared bins."""
+    bins: dict[int, float] = {}
+    for x, y in points.tolist():
+        at = (x * math.cos(angle) + y * math.sin(angle)) / width + middle
+        low = math.floor(at)
+        bins[low] = bins.get(low, 0.0) + 1 - (at - low)
+        bins[low + 1] = bins.get(low + 1, 0.0) + at - low
+    return sum(count**2 for count in bins.values())

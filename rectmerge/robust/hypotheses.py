@@ -35,7 +35,7 @@ def propose(
     log_bounds = (math.log(scale_bounds[0]) - SCALE_SLACK, math.log(scale_bounds[1]) + SCALE_SLACK)
     found = np.empty((MOST, 4))
     pairs = [(a, b, k) for a, b in product(frames_a, frames_b) for k in range(4) if len(a.boxes) and len(b.boxes)]
-    count, tolerance = 0, 0.0
+    count = 0
     for tolerance in TOLERANCES:
         count = 0
         for a, b, quarter in pairs:
@@ -49,6 +49,6 @@ def propose(
             m, n = max(10, int(share * len(a.boxes))), max(10, int(share * len(b.boxes)))
             count = pair_by_one_side(
                 a.boxes[:m], b.boxes[:n], a.has_wall[:m], b.has_wall[:n], a.angle, b.angle, quarter,
-                log_bounds, tolerance, found, count,
+                log_bounds, TOLERANCES[0], found, count,
             )  # fmt: skip
     return found[:count].copy()

@@ -148,6 +148,7 @@ class Robust:
                 matched=fit.matched,
                 overlap=agreement.overlap,
                 conflict=agreement.conflict,
+                slack_cells=fit.slack_cells,
             )
             answers.append((fit, agreement, evidence))
         return answers

@@ -21,6 +21,7 @@ REACH_CELLS = (6.0, 4.0, 3.0, 2.5, 2.5)  # full resolution
 SURFACE_POINTS = 2000  # of each map, for the best placement
 RIVAL_POINTS = 300  # for the others
 LEAST_MATCHED = 0.5  # share of the surface in the overlap that must find its partner within 2.5 cells
+UNSURE = np.array([1.0, 1.0, 1e4, 1e4])  # standard deviations where the walls say nothing: radians, log scale, cells
 BLOCK_CELLS = 20.0  # neighbouring wall cells err together: about this many count as one
 
 
@@ -113,6 +114,11 @@ class Fit:
     matched: float
     residual_cells: float
 
+    @property
+    def slack_cells(self) -> float:
+        """Standard deviation of the shift in its least certain direction, in A's cells."""
+        return math.sqrt(max(0.0, float(np.linalg.eigvalsh(self.covariance[2:, 2:])[-1])))
+
     def inverse(self) -> Fit:
         """Return the same fit as a placement of A on B."""
         back = invert(self.placement[None])[0]
@@ -149,7 +155,7 @@ def fit_surfaces(
     share = matched / max(1, inside)
     exact = np.array(fitted) if share >= LEAST_MATCHED else placement
     variance = (square + 1 / 12) * BLOCK_CELLS  # with a cell's own quantisation; neighbours share their errors
-    covariance = np.linalg.pinv(normal, hermitian=True) * variance
+    covariance = np.asarray(np.linalg.inv(normal / variance + np.diag(UNSURE**-2)), np.float64)
     return Fit(exact, _about_centroid(covariance, exact, points_b), share, math.sqrt(square))
 
 

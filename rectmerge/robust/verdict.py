@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rectmerge.alignment import Verdict
 
 ACCEPT_AT = 0.65  # probability
+AMBIGUOUS_AT = 0.98  # probability that the placement would have without its rival
 CRISP_AT = 0.5  # share of matched surface from which two maps fit each other rigidly
 # A logistic model, fitted to 1147 pairs of development maps and simulated offices, 724 of them unrelated or wrong.
 BIAS, RIVAL, IOU, SUPPORT, MISSING, CONTRADICTION = -5.5, -10.4, 18.8, 10.6, -20.5, -27.2
 LARGEST_RIVAL, LARGEST_SUPPORT = 1.5, 1.5
 # Whatever else speaks for the best placement, a rival that explains the walls this well leaves it even odds at most.
 EQUAL_RIVAL, LEAD = 0.85, 40.0
+LARGEST_SLACK_CELLS = 4.0  # a placement that can slide further than this along its walls is even odds at most, too
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +38,8 @@ class Evidence:
         Share of the wall surface in the overlap that lies within 2.5 cells of the other map's.
     conflict
         As in `rectmerge.overlap.Agreement`.
+    slack_cells
+        Standard deviation of the placement in its least certain direction, in cells of the map that stays.
     """
 
     likelihood: float
@@ -46,6 +50,7 @@ class Evidence:
     missing: float
     matched: float = 0.0
     conflict: float = 0.0
+    slack_cells: float = 0.0
 
     @property
     def probability(self) -> float:
@@ -56,6 +61,11 @@ class Evidence:
     def probability_without_rival(self) -> float:
         """The same if no other placement came close."""
         return self._probability(0.0)
+
+    @property
+    def is_slack(self) -> bool:
+        """Whether the walls in common leave the placement free to slide or turn."""
+        return self.slack_cells > LARGEST_SLACK_CELLS
 
     def _probability(self, rival: float) -> float:
         # maps that fit to the cell in places are not bent: where they disagree, something is wrong
@@ -69,6 +79,7 @@ class Evidence:
             + CONTRADICTION * contradiction
         )
         z = min(z, LEAD * (EQUAL_RIVAL - rival))
+        z = min(z, 0.0) if self.is_slack else z
         return 1 / (1 + math.exp(-max(-30.0, min(30.0, z))))
 
 
@@ -76,7 +87,12 @@ def judge(evidence: Evidence) -> tuple[Verdict, str]:
     """Give the verdict on the best placement and its reason."""
     if evidence.probability >= ACCEPT_AT:
         return "accepted", f"the walls of both maps agree over {evidence.overlap:.0%} of the smaller free area"
-    if evidence.probability_without_rival >= ACCEPT_AT:
+    if replace(evidence, slack_cells=0.0).probability >= ACCEPT_AT:
+        return "rejected", (
+            f"the walls in common do not hold the placement: it can slide by {evidence.slack_cells:.0f} cells; map a "
+            "corner or a crossing wall that both maps share"
+        )
+    if evidence.probability_without_rival >= AMBIGUOUS_AT:
         return "ambiguous", (
             f"more than one placement explains the walls (the second has {evidence.rival:.0%} of the evidence of the "
             "first): look at the candidates, or map more of what tells the places apart"

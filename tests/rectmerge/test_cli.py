@@ -169,7 +169,8 @@ def test_an_input_that_a_result_would_replace_is_refused_even_with_force(tmp_pat
 def test_bad_input_is_one_line_on_stderr_and_nothing_is_written(tmp_path, capsys):
     (tmp_path / "bad.png").write_bytes(b"not a picture")
 
-    for a, b in ((tmp_path / "bad.png", B), (A, tmp_path / "bad.png"), (A, tmp_path), (tmp_path / "no.yaml", B)):
+    bad, plain = tmp_path / "bad.png", A.with_suffix(".pgm")
+    for a, b in ((bad, B), (A, bad), (plain, bad), (A, tmp_path), (tmp_path / "no.yaml", B)):
         assert rectmerge("merge", a, b, "-o", tmp_path / "out") == 2
         out, err = capsys.readouterr()
         assert out == ""

@@ -1,3 +1,4 @@
+import logging
 from pathlib import Path
 
 import pytest
@@ -83,3 +84,24 @@ def test_version_is_told_on_stdout(capsys):
 def test_bad_use_shows_the_usage(capsys):
     assert console.run(app_that(None), "tool", ["go", "--nonsense"]) == 2
     assert "Usage" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("words", "shown"), [([], "tool: compiling ...\n"), (["--quiet"], ""), (["-q"], "")])
+def test_what_the_library_notes_goes_to_stderr_unless_quiet(capsys, words, shown):
+    app = typer.Typer()
+
+    @app.command()
+    def go(quiet: console.Quiet = False) -> None:
+        logging.getLogger("rectmerge.some.module").info("compiling ...")
+
+    console.run(app, "tool", words)
+
+    assert capsys.readouterr().err == shown
+
+
+def test_notes_are_shown_by_the_command_only():
+    console.run(app_that(None), "tool", ["go"])
+
+    logger = logging.getLogger("rectmerge")
+    assert not logger.handlers
+    assert not logger.isEnabledFor(logging.INFO)

@@ -124,6 +124,18 @@ def test_a_series_is_drawn_with_its_direction_in_the_legend():
     assert count(image, picture.SERIES[2], legend=True) == 0
 
 
+def test_a_triangle_joins_the_centres_of_its_rectangles():
+    a = drawing.building()
+    boxes = [Rectangle(*room) for room in drawing.ROOMS[:3]]
+
+    green = (picture.draw_triangle(a, boxes) == picture.GREEN).all(axis=-1)
+
+    centres = np.array([box.centre for box in boxes])
+    for one, other in ((0, 1), (1, 2), (2, 0)):
+        u, v = np.rint(7 * (0.75 * centres[one] + 0.25 * centres[other]) + 3).astype(int)
+        assert green[v - 4 : v + 5, u - 4 : u + 5].any()
+
+
 def test_pictures_beside_each_other_keep_their_pixels():
     small, large = np.full((40, 50, 3), 7, np.uint8), np.full((60, 80, 3), 9, np.uint8)
 

@@ -49,7 +49,8 @@ def test_the_demo_runs_the_whole_chain_and_tells_what_it_wrote(tmp_path):
 
     heads, cells = shown.table()
     score = json.loads((tmp_path / "demo/score.json").read_text())
-    assert {row["method"] for row in score["rows"]} == {line[0] for line in cells} == {"paper", "paper-repaired"}
+    methods = {"paper", "paper-repaired", "robust"}
+    assert {row["method"] for row in score["rows"]} == {line[0] for line in cells} == methods
     assert all(len(line) == len(heads) for line in cells)
     assert {path.name for path in (tmp_path / "demo").iterdir()} == {
         *(path.name for path in shown.pictures),

@@ -82,7 +82,7 @@ def test_a_row_without_a_trace_misses_every_mark():
 def write_run(folder, rows):
     folder.mkdir()
     (folder / "results.jsonl").write_text("".join(json.dumps(one) + "\n" for one in rows))
-    (folder / "run.toml").write_text('seed = 0\npairs = 4\n[[methods]]\nlabel = "paper"\n')
+    (folder / "run.toml").write_text('seed = 0\npairs = 4\n[[methods]]\nlabel = "paper"\nmethod = "paper"\n')
     machine = {"processor": "p", "cores": 2, "system": "s", "python": "3", "packages": {"numpy": "2"}}
     (folder / "machine.json").write_text(json.dumps({**machine, "commit": None, "command": "rectbench run headline"}))
     return folder
@@ -100,7 +100,7 @@ def test_the_report_counts_every_row_and_prints_the_trace_of_seed_0(tmp_path):
 
     text = (tmp_path / "results/README.md").read_text()
     (clean,) = (line for line in text.splitlines() if line.startswith("| paper | 0 | 2 of 3"))
-    assert clean.count(" of 3") == 5
+    assert clean.count(" of 3") == 6
     assert "1 in 1" in text
     assert "| paper | 0 | 1 in 1 | 2 of 3 | 1 |" in text
     assert "| 1 | 63.0000 | 45.0000 | 180 | {r1, r3, r13} | {r2, r3, r19} | 68.0174 | 1.0040 | 1.1875 |" in text
@@ -108,6 +108,32 @@ def test_the_report_counts_every_row_and_prints_the_trace_of_seed_0(tmp_path):
     assert "headline-0000-n1: error" in text
     assert "reconstruction" in text
     assert "rectbench headline runs/headline -o results/headline/README.md" in text
+
+
+def test_a_method_without_a_loop_can_be_right():
+    assert marks_of({**row(), "trace": {}}).right
+
+
+def test_a_run_of_an_earlier_version_is_refused(tmp_path):
+    old = {**row(), "trace": {"iterations": [step()]}}
+
+    with pytest.raises(InputError, match="run the suite again"):
+        write_report(write_run(tmp_path / "run", [old]), tmp_path / "README.md")
+
+
+def test_a_method_without_the_papers_loop_has_the_last_marks_only(tmp_path):
+    rows = [row(step()), row(method="robust"), row(method="robust", outcome="wrong-accepted", seed=1)]
+    run = write_run(tmp_path / "run", rows)
+    with (run / "run.toml").open("a") as settings:
+        settings.write('[[methods]]\nlabel = "robust"\nmethod = "robust"\n')
+
+    write_report(run, tmp_path / "README.md")
+
+    text = (tmp_path / "README.md").read_text()
+    (line,) = (line for line in text.splitlines() if line.startswith("| robust |"))
+    assert line.startswith("| robust | 0 | - | - | - | - | 1 of 2 (50 %")
+    assert "| 1 of 2 (50 %" in line.removeprefix("| robust | 0 | - | - | - | - | 1 of 2")
+    assert "`robust` on headline" not in text
 
 
 def test_a_run_of_another_suite_is_refused(tmp_path):

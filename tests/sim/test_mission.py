@@ -1,4 +1,5 @@
 import hashlib
+import io
 import pickle
 import subprocess
 import sys
@@ -21,6 +22,13 @@ log = short_mission()
 parts = [getattr(r, k).tobytes() for r in (log.a, log.b) for k in ("times", "poses", "odometry", "ranges")]
 print(hashlib.sha256(b"".join(parts)).hexdigest())
 """
+
+
+def npy() -> bytes:
+    """A numpy file of another kind."""
+    file = io.BytesIO()
+    np.save(file, np.zeros(3))
+    return file.getvalue()
 
 
 def short_mission() -> MissionLog:
@@ -76,8 +84,9 @@ def test_a_log_survives_a_file_and_a_pickle(tmp_path):
         assert np.array_equal(again.a.poses, log.a.poses)
 
 
-def test_a_file_that_is_no_log_is_refused_by_name(tmp_path):
-    (tmp_path / "bad.npz").write_bytes(b"no log")
+@pytest.mark.parametrize("content", [b"no log", b"", b"PK\x03\x04cut off", npy()])
+def test_a_file_that_is_no_log_is_refused_by_name(tmp_path, content):
+    (tmp_path / "bad.npz").write_bytes(content)
 
     with pytest.raises(InputError, match=r"bad\.npz is not a mission log"):
         MissionLog.load(tmp_path / "bad.npz")

@@ -1,0 +1,114 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from rectmerge._kernels.placements import add_scores
+from rectmerge.robust.features import extract_features
+from rectmerge.robust.likelihood import JUDGED_NOISES, SEARCH_NOISE, STEPS_PER_NAT, Judge, likelihood_field
+from rectmerge.robust.refinement import invert
+from tests import drawing, naive
+from tests.rectmerge.robust import plans
+
+NOISES = (SEARCH_NOISE, *JUDGED_NOISES)
+QUARTERS = st.integers(-120, 120).map(lambda k: k / 4 + 0.125)  # never halfway between two cells
+
+
+def building_features():
+    features = extract_features(drawing.building().occupancy)
+    assert features is not None
+    return features
+
+
+@given(
+    arrays(np.int32, st.tuples(st.integers(3, 20), st.integers(3, 20)), elements=st.integers(-3000, 3000)),
+    st.lists(st.tuples(QUARTERS, QUARTERS), min_size=1, max_size=20),
+    st.lists(st.tuples(st.sampled_from([1.0, 0.5, 0.0]), st.sampled_from([1.0, -0.5]), QUARTERS, QUARTERS), min_size=1),
+)
+def test_scores_are_those_of_a_slow_loop(field, points, placements):
+    field[[0, -1], :] = field[:, [0, -1]] = 0
+    rows, walls = np.array(placements), np.array(points)
+    x, y = (walls + 60) % 20, rows  # inside for about half of the shifts
+    found = np.full(len(rows), 7, np.int64)
+
+    add_scores(rows, np.ascontiguousarray(x.T, np.float32), field, found)
+
+    assert found.tolist() == [7 + naive.score(placement, x, field) for placement in y]
+
+
+@pytest.mark.parametrize("noise", NOISES)
+def test_the_field_is_positive_at_walls_and_nothing_in_the_unknown(noise):
+    features = extract_features(plans.see(plans.office(0), degrees=40).grid.occupancy)
+    assert features is not None
+    field = likelihood_field(features, noise)
+    far = ~features.known & (features.distance > 3 * min(noise.spreads))
+    u, v = np.rint(features.walls).astype(int).T
+
+    assert far.any()
+    assert (field[far] == 0).all()
+    assert (field[v, u] >= 0).all()
+    assert (field[v, u] > 0).any() or max(noise.spreads) == 4  # where walls are dense, such a loose match says nothing
+    assert not field[[0, -1], :].any()
+    assert not field[:, [0, -1]].any()
+
+
+@pytest.mark.parametrize("noise", NOISES)
+def test_walls_deep_in_free_space_speak_against_a_placement(noise):
+    features = building_features()
+    field = likelihood_field(features, noise)
+
+    assert (field[features.free & (features.distance > 4 * max(noise.spreads))] < 0).all()
+    assert field.max() <= 3 * STEPS_PER_NAT
+
+
+def test_a_wall_met_in_an_empty_hall_says_more_than_one_met_among_shelves():
+    hall, shelves = np.zeros((120, 120), np.int8), np.zeros((120, 120), np.int8)
+    for cells in (hall, shelves):
+        cells[[0, -1], :] = cells[:, [0, -1]] = 100
+    shelves[::4, 10:110] = 100
+
+    gains = []
+    for features in map(extract_features, (hall, shelves)):
+        assert features is not None
+        u, v = np.rint(features.walls).astype(int).T
+        gains.append(likelihood_field(features, SEARCH_NOISE)[v, u].max())
+
+    assert gains[0] > 2 * gains[1]
+
+
+@pytest.mark.parametrize("noise", NOISES)
+def test_the_truth_scores_best_among_its_neighbours_and_both_ways_alike(noise):
+    a, b = plans.see(plans.office(0), degrees=10), plans.see(plans.office(0), degrees=75, scale=1.2)
+    one, two = (extract_features(view.grid.occupancy) for view in (a, b))
+    assert one is not None
+    assert two is not None
+    judge = Judge(one, two, one.walls, two.walls, noise)
+    true = in_working_cells(plans.truth(a, b).matrix, one, two)
+    spread = 3 * max(noise.spreads)
+    off = np.array([[0, 0, x, y] for x in (-spread, 0, spread) for y in (-spread, 0, spread) if (x, y) != (0, 0)])
+
+    assert judge.score(true[None])[0] > 1.2 * judge.score(true + off).max()
+    swapped = Judge(two, one, two.walls, one.walls, noise).score(invert(true[None]))
+    assert swapped == pytest.approx(judge.score(true[None]), rel=1e-6)
+
+
+def test_a_sample_of_the_points_stands_for_all():
+    a = extract_features(plans.see(plans.office(0), degrees=10).grid.occupancy)
+    assert a is not None
+    walls = np.random.default_rng(0).permutation(a.walls)
+    judge = Judge(a, a, walls, walls, SEARCH_NOISE)
+    identity = np.array([[1.0, 0.0, 0.0, 0.0]])
+
+    assert judge.score(identity, most_points=300) == pytest.approx(judge.score(identity), rel=0.05)
+
+
+def in_working_cells(pixels, one, two):
+    """Turn a matrix between pixels into a placement between working grids."""
+    linear = pixels[:, :2] * two.factor / one.factor
+    shift = pixels[:, 2] / one.factor + one.offset - linear @ two.offset
+    placement = np.array([linear[0, 0], linear[1, 0], *shift])
+    assert math.hypot(*placement[:2]) > 0
+    return placement

@@ -1,0 +1,61 @@
+import importlib.util
+import logging
+
+import pytest
+
+from rectmerge._kernels import compiling
+
+SOURCE = """
+from rectmerge._kernels.compiling import kernel
+
+@kernel
+def one_more(number):
+    return number + 1
+"""
+
+
+@pytest.fixture
+def notes(caplog, monkeypatch):
+    """What a process notes that has not compiled yet."""
+    monkeypatch.setattr(compiling.NOTICE, "given", False)
+    caplog.set_level(logging.INFO, logger="rectmerge")
+    return caplog
+
+
+def loaded(file):
+    spec = importlib.util.spec_from_file_location("loops", file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_a_kernel_without_a_place_for_its_cache_runs_and_says_that_it_compiles_each_time(notes):
+    names = {}
+    exec(SOURCE, names)  # code without a file has nowhere to be cached, as on a read-only disk
+
+    assert names["one_more"](1) == 2
+    (note,) = notes.messages
+    assert "at every start" in note
+
+
+def test_only_what_is_really_compiled_is_noted(notes, tmp_path, monkeypatch):
+    file = tmp_path / "loops.py"
+    file.write_text(SOURCE)
+
+    assert loaded(file).one_more(1) == 2
+    (note,) = notes.messages
+    assert "once on this machine" in note
+
+    notes.clear()
+    monkeypatch.setattr(compiling.NOTICE, "given", False)  # as in a second process
+    assert loaded(file).one_more(1) == 2
+    assert not notes.messages
+
+
+def test_a_process_says_it_once(notes, tmp_path):
+    file = tmp_path / "loops.py"
+    file.write_text(SOURCE)
+    one_more = loaded(file).one_more
+
+    assert (one_more(1), one_more(1.5)) == (2, 2.5)
+    assert len(notes.messages) == 1
