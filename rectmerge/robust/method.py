@@ -24,12 +24,13 @@ from rectmerge.robust.features import (
 )
 from rectmerge.robust.refinement import RIVAL_POINTS, SURFACE_POINTS, Fit, Surface, fit_surfaces, to_pixels
 from rectmerge.robust.search import Ranking, Search
-from rectmerge.robust.verdict import Evidence, judge
+from rectmerge.robust.verdict import SURE_AT, Evidence, judge, likelihood_ratio
 from rectmerge.similarity import Similarity
 
 REFINED_BEYOND = 0.05  # refinement may leave the bounds of the scale by this share
 WEAK_CONTRAST = 0.6  # a map whose walls pile up less than this in any direction may have none that dominates
 ALL_ROUND_STEP_DEG = 5  # between the frames that are tried then
+_Answer = tuple[Fit, Agreement, Evidence]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,8 +93,11 @@ class Robust:
             reason = "no rectangle of free space in one map fits one in the other at a scale within bounds"
             return Alignment(verdict="rejected", reason=reason, method=self.name, quality=quality)
         answers = self._exact(search, ranking, fixed, moving, bounds)
+        is_mirrored = False
+        if answers[0][2].probability < SURE_AT:
+            answers, is_mirrored = self._beside_mirror_image(answers, fixed, moving, bounds, rng)
         verdict, reason = judge(answers[0][2])
-        if verdict != "accepted" and self._is_mirrored(fixed, moving, bounds, rng):
+        if verdict != "accepted" and is_mirrored:
             verdict, reason = "rejected", "the maps fit when one is mirrored: is one image flipped?"
         candidates = tuple(
             _candidate(fit.inverse() if swapped else fit, agreement, evidence, a, b)
@@ -134,7 +138,7 @@ class Robust:
 
     def _exact(
         self, search: Search, ranking: Ranking, fixed: _Map, moving: _Map, scale: tuple[float, float]
-    ) -> list[tuple[Fit, Agreement, Evidence]]:
+    ) -> list[_Answer]:
         """Make the best placements exact on the maps' own cells, and gather what speaks for each."""
         surfaces = Surface.of(fixed.cells), Surface.of(moving.cells)
         comparison = Comparison(fixed.grid, moving.grid)
@@ -153,11 +157,24 @@ class Robust:
             answers.append((fit, agreement, evidence))
         return answers
 
-    def _is_mirrored(self, fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator) -> bool:
-        """Whether the maps fit when one image is flipped."""
+    def _beside_mirror_image(
+        self,
+        answers: list[_Answer],
+        fixed: _Map,
+        moving: _Map,
+        scale: tuple[float, float],
+        rng: np.random.Generator,
+    ) -> tuple[list[_Answer], bool]:
+        """Weigh the answers against the mirror image's best placement; tell whether that one fits, and better."""
         flipped = extract_features(np.ascontiguousarray(moving.cells[:, ::-1]))
         assert flipped is not None  # the map itself has walls
-        return _convinces(*self._search(fixed.walled, flipped, scale, rng))
+        search, ranking = self._search(fixed.walled, flipped, scale, rng)
+        likelihood = float(ranking.likelihoods[0]) if len(ranking.likelihoods) else 0.0
+        weighed = [
+            (fit, agreement, dataclasses.replace(evidence, decoy=likelihood_ratio(likelihood, evidence.likelihood)))
+            for fit, agreement, evidence in answers
+        ]
+        return weighed, _convinces(search, ranking) and likelihood > answers[0][2].likelihood
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,7 +15,7 @@ from rectmerge.robust.features import Features, Frame
 from rectmerge.robust.hypotheses import propose
 from rectmerge.robust.likelihood import BENDING_NOISE, JUDGED_NOISES, SEARCH_NOISE, Judge, WallNoise
 from rectmerge.robust.refinement import BROAD, FINE, ONTO_BENT, ONTO_RIGID, refine
-from rectmerge.robust.verdict import Evidence
+from rectmerge.robust.verdict import Evidence, likelihood_ratio
 
 SCREEN_POINTS = (40, 200)  # wall points of each map in the two screenings
 SEARCH_POINTS, FINAL_POINTS = 300, 800  # wall points of each map in the two refinements
@@ -24,6 +24,7 @@ SAME_FIT_CELLS = 3.0  # so are refined ones
 SAME_RADIUS = 0.25  # answers closer than this share of the map's radius say the same
 FITS = 20  # refined placements that are judged in full
 KEPT = 20
+DAMPING_RIGID, DAMPING_LOOSE = 0.25, 0.5  # powers of the overlap by which likelihoods are damped
 BESIDE_CELLS = 3.0
 DEEP_CELLS = 8.0  # a wall this far from the other map's walls, in its free space, is missing there
 
@@ -37,7 +38,7 @@ class Ranking:
     placements
         Shape (N, 4), rows (a, b, tx, ty).
     likelihoods
-        Shape (N,): log-likelihood ratio of the walls; of loose fits damped by the square root of the overlap.
+        Shape (N,): log-likelihood ratio of the walls, damped by a power of the overlap.
     """
 
     placements: NDArray[np.float64]
@@ -83,10 +84,10 @@ class Search:
         apart = SAME_RADIUS * self.b.radius * math.hypot(placement[0], placement[1])
         here = _moved(placement[None], self.b.landmarks)
         elsewhere = np.abs(_moved(ranking.placements, self.b.landmarks) - here).max(axis=(1, 2)) >= apart  # (N,)
-        rival = max(0.0, float(ranking.likelihoods[elsewhere].max(initial=0.0)))
+        rival = float(ranking.likelihoods[elsewhere].max(initial=0.0))
         return Evidence(
             likelihood=likelihood,
-            rival=rival / likelihood if likelihood > rival / 2 else 2.0,
+            rival=likelihood_ratio(rival, likelihood),
             overlap=overlap,
             iou=iou,
             support=likelihood / min(len(self.walls_a), len(self.walls_b)),
@@ -120,7 +121,7 @@ class Search:
     def _ranked(self, fits: NDArray[np.float64]) -> Ranking:
         """Give each fit its most likely form, as rigid or bent maps, and rank by likelihood under the best noise.
 
-        Of two fits that need wide or bent walls the one with more overlap is likelier; a rigid one stands by itself.
+        Of two fits the one with more overlap is likelier, the more so if they need wide or bent walls.
         """
         forms = np.stack([fits, *(self._fit(fits, FINAL_POINTS, reaches) for reaches in (ONTO_RIGID, ONTO_BENT))])
         scores = np.array([[self._judge(noise).score(form) for noise in JUDGED_NOISES] for form in forms])  # (3, K, N)
@@ -128,7 +129,7 @@ class Search:
         placements, scores = forms[form, each], scores[form, :, each].T  # (N, 4), (K, N)
         loose = np.maximum(scores[1:].max(axis=0), self._judge(BENDING_NOISE).score_bent(placements))
         overlaps = np.array([free_overlap(placement, self.a, self.b)[0] for placement in placements])
-        likelihoods = np.maximum(scores[0], loose * np.sqrt(overlaps))
+        likelihoods = np.maximum(scores[0] * overlaps**DAMPING_RIGID, loose * overlaps**DAMPING_LOOSE)
         order = np.argsort(-likelihoods, kind="stable")
         order = order[distinct(placements[order], self.b.landmarks, SAME_FIT_CELLS, KEPT)]
         return Ranking(placements[order], likelihoods[order])

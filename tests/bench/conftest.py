@@ -10,8 +10,9 @@ def noted(request, benchmark):
 
 
 def pytest_terminal_summary(terminalreporter):
-    terminalreporter.section("noted")
-    for report in terminalreporter.getreports(""):  # of set-ups and teardowns
-        if report.when == "teardown" and report.user_properties:
-            figures = (f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in report.user_properties)
-            terminalreporter.write_line(f"{report.nodeid.rpartition('::')[2]}: {', '.join(figures)}")
+    torn_down = [report for report in terminalreporter.getreports("") if report.when == "teardown"]
+    if noted := [report for report in torn_down if report.user_properties]:
+        terminalreporter.section("noted")
+    for report in noted:
+        figures = (f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in report.user_properties)
+        terminalreporter.write_line(f"{report.nodeid.rpartition('::')[2]}: {', '.join(figures)}")
