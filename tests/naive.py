@@ -214,3 +214,28 @@ def profile_energy(points: NDArray[np.float64], angle: float, width: float, midd
         bins[low] = bins.get(low, 0.0) + 1 - (at - low)
         bins[low + 1] = bins.get(low + 1, 0.0) + at - low
     return sum(count**2 for count in bins.values())
+
+
+def bent_score(
+    placement: NDArray[np.float64],
+    points: NDArray[np.float64],
+    blocks: list[NDArray[np.int64]],
+    field: NDArray[np.int32],
+    *,
+    reach: int,
+    step: int,
+    cost: int,
+    fixed_cost: int,
+) -> int:
+    """Sum a field under points, (N, 2), each block of which takes the shift that pays best; outside the field is 0."""
+    total = 0
+    for block in blocks:
+        payoffs = []
+        for dy in range(-reach, reach + 1, step):
+            for dx in range(-reach, reach + 1, step):
+                cells = np.floor(move(placement, points[block]) + 0.5).astype(int) + np.array([dx, dy])
+                inside = ((cells >= 0) & (cells < field.shape[::-1])).all(axis=1)
+                gained = int(field[cells[inside, 1], cells[inside, 0]].sum())
+                payoffs.append(gained - cost * (dx * dx + dy * dy) * len(block) - fixed_cost * bool(dx or dy))
+        total += max(payoffs)
+    return total

@@ -178,7 +178,7 @@ def add_bent_scores(
     placements: NDArray[np.float64],
     points: NDArray[np.float32],
     starts: NDArray[np.int64],
-    field: NDArray[np.int32],
+    padded: NDArray[np.int32],
     reach: int,
     step: int,
     cost: int,
@@ -188,27 +188,32 @@ def add_bent_scores(
     """As `add_scores`, where each block of points may shift by itself, at a cost per point and squared cell.
 
     Block k holds the points from starts[k] to starts[k + 1]; shifts go to `reach` cells in steps of `step`, and any
-    shift costs `fixed_cost` besides.
+    shift costs `fixed_cost` besides. The field is padded with zeros by twice `reach` cells.
     """
-    height, width = field.shape
-    cells = field.ravel()
-    last_u, last_v = np.float32(width - 1), np.float32(height - 1)
-    row = np.int32(width)
+    row = np.int32(padded.shape[1])
+    cells = padded.ravel()
+    margin = np.float32(2 * reach)
+    first_cell = np.float32(reach)
+    last_u, last_v = np.float32(padded.shape[1] - reach - 1), np.float32(padded.shape[0] - reach - 1)
+    at = np.empty(points.shape[1], np.int32)
     for i in range(len(placements)):
         a, b = np.float32(placements[i, 0]), np.float32(placements[i, 1])
+        tx, ty = np.float32(placements[i, 2] + 0.5) + margin, np.float32(placements[i, 3] + 0.5) + margin
+        for k in range(points.shape[1]):
+            x = a * points[0, k] - b * points[1, k] + tx
+            y = b * points[0, k] + a * points[1, k] + ty
+            x = min(max(x, first_cell), last_u)
+            y = min(max(y, first_cell), last_v)
+            at[k] = np.int32(y) * row + np.int32(x)
         for block in range(len(starts) - 1):
             first, end = starts[block], starts[block + 1]
             best = np.int64(-(1 << 62))
             for dy in range(-reach, reach + 1, step):
                 for dx in range(-reach, reach + 1, step):
-                    tx, ty = np.float32(placements[i, 2] + 0.5 + dx), np.float32(placements[i, 3] + 0.5 + dy)
+                    shift = np.int32(dy * row + dx)
                     total = np.int32(0)
                     for k in range(first, end):
-                        x = a * points[0, k] - b * points[1, k] + tx
-                        y = b * points[0, k] + a * points[1, k] + ty
-                        x = min(max(x, np.float32(0)), last_u)
-                        y = min(max(y, np.float32(0)), last_v)
-                        total += cells[np.int32(y) * row + np.int32(x)]
+                        total += cells[at[k] + shift]
                     price = cost * (dx * dx + dy * dy) * (end - first) + (fixed_cost if dx != 0 or dy != 0 else 0)
                     best = max(best, np.int64(total) - price)
             scores[i] += best

@@ -105,8 +105,9 @@ def _bent_sums(
     cost, fixed_cost = round(BEND_COST * STEPS_PER_NAT), round(BLOCK_COST * STEPS_PER_NAT)
     steps = np.zeros(len(placements), np.int64)
     sorted_walls = np.ascontiguousarray(walls[:, order])
+    padded = np.pad(field, 2 * BEND_CELLS)
     add_bent_scores(
-        placements, sorted_walls, starts, field, BEND_CELLS, BEND_STEP_CELLS, cost, fixed_cost, steps
+        placements, sorted_walls, starts, padded, BEND_CELLS, BEND_STEP_CELLS, cost, fixed_cost, steps
     )  # fmt: skip
     sums: NDArray[np.float64] = steps / STEPS_PER_NAT
     return sums

@@ -124,7 +124,8 @@ class Search:
         Of two fits the one with more overlap is likelier, the more so if they need wide or bent walls.
         """
         forms = np.stack([fits, *(self._fit(fits, FINAL_POINTS, reaches) for reaches in (ONTO_RIGID, ONTO_BENT))])
-        scores = np.array([[self._judge(noise).score(form) for noise in JUDGED_NOISES] for form in forms])  # (3, K, N)
+        judges = [self._judge(noise) for noise in JUDGED_NOISES]
+        scores = np.array([[judge.score(form) for judge in judges] for form in forms])  # (3, K, N)
         form, each = scores.max(axis=1).argmax(axis=0), np.arange(len(fits))
         placements, scores = forms[form, each], scores[form, :, each].T  # (N, 4), (K, N)
         loose = np.maximum(scores[1:].max(axis=0), self._judge(BENDING_NOISE).score_bent(placements))

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from rectmerge._kernels.placements import add_scores
+from rectmerge._kernels.placements import add_bent_scores, add_scores
 from rectmerge.robust.features import extract_features
 from rectmerge.robust.likelihood import JUDGED_NOISES, SEARCH_NOISE, STEPS_PER_NAT, Judge, likelihood_field
 from rectmerge.robust.refinement import invert
@@ -37,6 +37,25 @@ def test_scores_are_those_of_a_slow_loop(field, points, placements):
     add_scores(rows, np.ascontiguousarray(x.T, np.float32), field, found)
 
     assert found.tolist() == [7 + naive.score(placement, x, field) for placement in y]
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_scores_of_blocks_that_shift_are_those_of_a_slow_loop(seed):
+    rng = np.random.default_rng(seed)
+    field = rng.integers(-50, 50, (18, 23)).astype(np.int32)
+    field[[0, -1], :] = field[:, [0, -1]] = 0
+    # eighths of a cell, so that both ways of adding round alike
+    points, placement = rng.integers(-40, 200, (12, 2)) / 8, np.array([1.0, 0.0, *(rng.integers(-40, 40, 2) / 8)])
+    price = {"reach": 4, "step": 2, "cost": 3, "fixed_cost": 20}
+    found = np.full(1, 7, np.int64)
+
+    add_bent_scores(
+        placement[None], np.ascontiguousarray(points.T, np.float32), np.array([0, 5, 12]),
+        np.pad(field, 2 * 4), *price.values(), found,
+    )  # fmt: skip
+
+    blocks = [np.arange(5), np.arange(5, 12)]
+    assert found[0] == 7 + naive.bent_score(placement, points, blocks, field, **price)
 
 
 @pytest.mark.parametrize("noise", NOISES)
