@@ -89,7 +89,8 @@ class OccupancyGrid:
     @property
     def free(self) -> NDArray[np.bool_]:
         """Mask of free cells, shape (H, W)."""
-        return (self.occupancy >= 0) & (self.occupancy <= FREE_AT_MOST)
+        mask: NDArray[np.bool_] = self.occupancy.view(np.uint8) <= FREE_AT_MOST  # unknown, -1, reads as 255
+        return mask
 
     @property
     def occupied(self) -> NDArray[np.bool_]:

@@ -6,7 +6,7 @@ import dataclasses
 import math
 import time
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, Literal, cast
+from typing import Literal, cast
 
 import cattrs
 import numpy as np
@@ -40,14 +40,14 @@ def make_method(name: str, **fields: object) -> Method:
         raise MethodError(f"unknown method {name!r}; there are: {', '.join(points)}")
     try:
         cls = points[name].load()
-    except ImportError as error:
+    except (ImportError, AttributeError) as error:
         raise MethodError(f"method {name!r} cannot be loaded from {points[name].value}: {error}") from error
     known = {f.name: f for f in dataclasses.fields(cls) if f.init}
     for key in fields:
         if key not in known:
             raise MethodError(f"method {name!r} has no field {key!r}; it has: {', '.join(known)}")
     try:
-        return cast(Method, cattrs.Converter(forbid_extra_keys=True).structure(_plain(fields), cls))
+        return cast(Method, _converter().structure(fields, cls))
     except (cattrs.BaseValidationError, ValueError, TypeError) as error:
         if isinstance(error, InputError):
             raise MethodError(f"{name}: {error}") from error
@@ -128,7 +128,17 @@ def _search_freely(
     return dataclasses.replace(found, reason=f"{found.reason}; {hint}"), "search"
 
 
-def _plain(fields: dict[str, object]) -> dict[str, Any]:
-    """Read "true" and "false" as booleans, which a bare cast would both take for True."""
-    words = {"true": True, "false": False}
-    return {k: words.get(v.lower(), v) if isinstance(v, str) else v for k, v in fields.items()}
+def _converter() -> cattrs.Converter:
+    converter = cattrs.Converter(forbid_extra_keys=True)
+    converter.register_structure_hook(bool, _read_bool)
+    return converter
+
+
+def _read_bool(value: object, _: type) -> bool:
+    """Read a boolean as people type it; a bare cast would take every text for True."""
+    if isinstance(value, bool):
+        return value
+    words = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+    if str(value).lower() not in words:
+        raise ValueError(f"must be true or false, got {value!r}")
+    return words[str(value).lower()]

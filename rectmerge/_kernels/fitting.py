@@ -156,6 +156,16 @@ def fit_to_fields(
 
 
 @kernel
+def beside_free(cells: NDArray[np.int8], row: int, col: int) -> bool:
+    """Whether one of a cell's eight neighbours is free."""
+    for i in range(max(0, row - 1), min(cells.shape[0], row + 2)):
+        for j in range(max(0, col - 1), min(cells.shape[1], col + 2)):
+            if cells[i, j] == 0:
+                return True
+    return False
+
+
+@kernel
 def find_surface(cells: NDArray[np.int8]) -> NDArray[np.float64]:
     """List the occupied cells beside free ones as rows (u, v, nx, ny), the normal pointing into the free space."""
     height, width = cells.shape
@@ -165,11 +175,7 @@ def find_surface(cells: NDArray[np.int8]) -> NDArray[np.float64]:
         for c in range(width):
             if cells[r, c] <= 0:
                 continue
-            touches = False
-            for i in range(max(0, r - 1), min(height, r + 2)):
-                for j in range(max(0, c - 1), min(width, c + 2)):
-                    touches = touches or cells[i, j] == 0
-            if not touches:
+            if not beside_free(cells, r, c):
                 continue
             nx, ny = 0.0, 0.0
             for i in range(max(0, r - 2), min(height, r + 3)):

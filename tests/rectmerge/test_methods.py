@@ -188,3 +188,14 @@ def test_a_map_with_hardly_anything_in_it_gives_an_answer_not_an_error(name):
     found = align(OccupancyGrid(occupancy), drawing.building(), method=name)
 
     assert found.reason
+
+
+@pytest.mark.parametrize(("text", "value"), [("true", True), ("1", True), ("no", False), ("0", False), (False, False)])
+def test_a_switch_is_read_as_people_type_it(text, value):
+    assert make_method("paper", swap_sides=text).swap_sides is value
+
+
+@pytest.mark.parametrize("fields", [{"swap_sides": "maybe"}, {"delta_cells": "wide"}, {"min_area_cells": "-1"}])
+def test_a_value_that_does_not_fit_a_field_is_refused_with_the_method_named(fields):
+    with pytest.raises(MethodError, match="paper"):
+        make_method("paper", **fields)
