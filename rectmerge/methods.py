@@ -6,7 +6,7 @@ import dataclasses
 import math
 import time
 from importlib.metadata import EntryPoint, entry_points
-from typing import Literal, cast
+from typing import Literal, cast, get_args, get_origin, get_type_hints
 
 import cattrs
 import numpy as np
@@ -46,13 +46,16 @@ def make_method(name: str, **fields: object) -> Method:
     for key in fields:
         if key not in known:
             raise MethodError(f"method {name!r} has no field {key!r}; it has: {', '.join(known)}")
+    converter, types, values = _converter(), get_type_hints(cls), {}
+    for key, value in fields.items():
+        try:
+            values[key] = converter.structure(value, types[key])
+        except (ValueError, TypeError) as error:
+            raise MethodError(f"{name}.{key}={value}: {error}") from error
     try:
-        return cast(Method, _converter().structure(fields, cls))
-    except (cattrs.BaseValidationError, ValueError, TypeError) as error:
-        if isinstance(error, InputError):
-            raise MethodError(f"{name}: {error}") from error
-        details = "; ".join(cattrs.transform_error(error)) if isinstance(error, Exception) else str(error)
-        raise MethodError(f"{name}: {details}") from error
+        return cast(Method, cls(**values))
+    except InputError as error:
+        raise MethodError(f"{name}: {error}") from error
 
 
 def align(
@@ -124,14 +127,28 @@ def _search_freely(
     if not found:
         return refused, "resolution"
     ratio = found.candidates[0].pixels.scale / expected
+    if abs(ratio - 1) <= EXPECTED_WITHIN:
+        return found, "search"
     hint = f"the maps fit at {ratio:.2f} times the scale their resolutions tell: is one resolution wrong?"
     return dataclasses.replace(found, reason=f"{found.reason}; {hint}"), "search"
 
 
 def _converter() -> cattrs.Converter:
-    converter = cattrs.Converter(forbid_extra_keys=True)
+    converter = cattrs.Converter()
     converter.register_structure_hook(bool, _read_bool)
+    converter.register_structure_hook_func(_is_choice, _read_choice)
     return converter
+
+
+def _is_choice(kind: object) -> bool:
+    origin: object = get_origin(kind)
+    return origin is Literal
+
+
+def _read_choice(value: object, kind: object) -> object:
+    if value not in get_args(kind):
+        raise ValueError(f"must be one of {', '.join(map(str, get_args(kind)))}, got {value!r}")
+    return value
 
 
 def _read_bool(value: object, _: type) -> bool:

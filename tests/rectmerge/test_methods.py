@@ -195,7 +195,16 @@ def test_a_switch_is_read_as_people_type_it(text, value):
     assert make_method("paper", swap_sides=text).swap_sides is value
 
 
-@pytest.mark.parametrize("fields", [{"swap_sides": "maybe"}, {"delta_cells": "wide"}, {"min_area_cells": "-1"}])
-def test_a_value_that_does_not_fit_a_field_is_refused_with_the_method_named(fields):
-    with pytest.raises(MethodError, match="paper"):
-        make_method("paper", **fields)
+@pytest.mark.parametrize(
+    ("name", "field", "value"),
+    [
+        ("paper", "swap_sides", "maybe"),
+        ("paper", "delta_cells", "wide"),
+        ("paper", "orientation", "compass"),
+        ("paper", "min_area_cells", "-1"),
+        ("robust", "refined", "0"),
+    ],
+)
+def test_a_value_that_does_not_fit_is_refused_with_its_method_field_and_value(name, field, value):
+    with pytest.raises(MethodError, match=rf"{name}.*{field}.*{value}"):
+        make_method(name, **{field: value})
