@@ -14,8 +14,9 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.overlap import measure_agreement
 from rectmerge.similarity import Similarity
 from scenarios.placement import MapSpec, PlacedMap, place_map
+from sim.lidar import Lidar
 from sim.mapping import scan_points
-from sim.mission import MissionLog
+from sim.mission import MissionLog, RobotLog
 
 MOST_CONTROL_POINTS, FEWEST_CONTROL_POINTS = 400, 20
 SURFACE_CELL_M = 0.05  # two robots saw the same surface where both hit the same cell of this size
@@ -108,8 +109,8 @@ def make_pair(
         (counter-clockwise to the eye), kinds of turn, resolutions, noise, seeds and how the robots fared.
     """
     of_a, of_b, of_points = np.random.SeedSequence(seed).spawn(3)
-    a = place_map(log.a, log.spec.lidar, spec_a, noise=noise, seed=of_a)
-    b = place_map(log.b, log.spec.lidar, spec_b, noise=noise, seed=of_b)
+    a = place_map(log.a, log.spec.a.lidar, spec_a, noise=noise, seed=of_a)
+    b = place_map(log.b, log.spec.b.lidar, spec_b, noise=noise, seed=of_b)
     points = control_points(log, a, b, np.random.default_rng(of_points))
     pixels = residual = overlap = None
     if points is not None:
@@ -152,7 +153,7 @@ def control_points(log: MissionLog, a: PlacedMap, b: PlacedMap, rng: np.random.G
     -----
     A's reading of a surface is the point; each map places it by the poses it was built from, which are the true ones.
     """
-    points_a, points_b = _surface(log, "a"), _surface(log, "b")
+    points_a, points_b = _surface(log.a, log.spec.a.lidar), _surface(log.b, log.spec.b.lidar)
     keys_a, keys_b = (np.floor(p / SURFACE_CELL_M).astype(np.int64) @ [1 << 20, 1] for p in (points_a, points_b))
     common, first, _ = np.intersect1d(keys_a, keys_b, return_indices=True)
     if not len(common):
@@ -166,12 +167,11 @@ def control_points(log: MissionLog, a: PlacedMap, b: PlacedMap, rng: np.random.G
     return np.hstack([in_a[chosen], in_b[chosen]])
 
 
-def _surface(log: MissionLog, name: str) -> NDArray[np.float64]:
+def _surface(robot: RobotLog, lidar: Lidar) -> NDArray[np.float64]:
     """The surface points (N, 2) that a robot hit, in the world."""
-    robot = log.a if name == "a" else log.b
-    ranges = log.spec.lidar.limit(robot.ranges)
+    ranges = lidar.limit(robot.ranges)
     hit = np.isfinite(ranges)
-    return scan_points(robot.poses, log.spec.lidar.angles, np.where(hit, ranges, 0.0))[hit]
+    return scan_points(robot.poses, lidar.angles, np.where(hit, ranges, 0.0))[hit]
 
 
 def _is_shown(grid: OccupancyGrid, pixels: NDArray[np.float64]) -> NDArray[np.bool_]:

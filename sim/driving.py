@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import SimulationError
-from sim import _kernels
+from sim._kernels import paths
 from sim.world import Room, World, covers
 
 ROBOT_RADIUS_M = 0.2
@@ -87,11 +87,11 @@ def shortest_path(
         If there is no way.
     """
     price = np.where(field.is_drivable, 1.0 + 6.0 * np.maximum(0.0, COMFORT_M - field.clearance), np.inf)
-    cost = _kernels.cost_to_goal(price, *nearest_drivable(field, goal))
+    cost = paths.cost_to_goal(price, *nearest_drivable(field, goal))
     row, col = nearest_drivable(field, start)
     if not math.isfinite(cost[row, col]):
         raise SimulationError(f"no way from {np.round(start, 2).tolist()} to {np.round(goal, 2).tolist()}")
-    cells = _kernels.descend(cost, row, col)  # (N, 2)
+    cells = paths.descend(cost, row, col)  # (N, 2)
     return cell_centres(*cells.T), float(cost[row, col]) * CELL_M
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.similarity import Similarity
-from sim import _kernels
+from sim._kernels.tracing import trace_scans
 
 HIT, MISS, LIMIT = 1.0, -0.4, 8.0  # log-odds of one hit, one miss, and where they saturate
 MOST_CELLS = 100_000_000
@@ -99,7 +99,7 @@ def build_map(
     if width * height > MOST_CELLS:
         raise InputError(f"a map of {width} x {height} cells is too large: resolution {resolution} is too fine")
     log_odds = np.zeros((height, width), dtype=np.float32)
-    _kernels.trace_scans(starts - low, ends - low, kinds, log_odds, HIT, MISS, LIMIT)
+    trace_scans(starts - low, ends - low, kinds, log_odds, HIT, MISS, LIMIT)
     return _crop(log_odds, low, resolution)
 
 

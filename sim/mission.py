@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+import cattrs
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,7 +24,40 @@ from sim.world import World
 
 CONTROL_EVERY = 3  # physics steps per control step
 FEWEST_SCANS = 10
-BROKEN = (OSError, EOFError, zipfile.BadZipFile, ValueError, KeyError, TypeError, AttributeError)  # on a foreign file
+BROKEN = (  # what a foreign file may raise
+    *(OSError, EOFError, zipfile.BadZipFile, ValueError, KeyError, TypeError, AttributeError),
+    cattrs.BaseValidationError,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotSpec:
+    """What one robot is and how it explores.
+
+    Parameters
+    ----------
+    lidar
+        Its scanner.
+    speed_m_s
+        Top speed.
+    scan_hz
+        Scans that are kept per simulated second.
+    share
+        Share of the rooms that it tours: A from one end of the building, B from the other.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    lidar: Lidar = field(default_factory=Lidar)
+    speed_m_s: float = 0.9
+    scan_hz: float = 4.0
+    share: float = 0.7
+
+    def __post_init__(self) -> None:
+        _require_within(self, speed_m_s=(0.1, 2.0), scan_hz=(0.5, 40.0), share=(0.0, 1.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,16 +66,12 @@ class MissionSpec:
 
     Parameters
     ----------
-    share_a, share_b
-        Share of the rooms that each robot tours: A from one end of the building, B from the other.
-    speed_m_s
-        Top speed.
-    scan_hz, physics_hz
-        Scans and physics steps per simulated second.
+    a, b
+        The robots, which may differ in everything.
+    physics_hz
+        Physics steps per simulated second.
     max_seconds
         Simulated time after which a robot stops, wherever it is.
-    lidar
-        The scanner of both robots.
 
     Raises
     ------
@@ -49,25 +79,19 @@ class MissionSpec:
         If a value is out of range.
     """
 
-    share_a: float = 0.7
-    share_b: float = 0.7
-    speed_m_s: float = 0.9
-    scan_hz: float = 4.0
+    a: RobotSpec = field(default_factory=RobotSpec)
+    b: RobotSpec = field(default_factory=RobotSpec)
     physics_hz: int = 60
     max_seconds: float = 240.0
-    lidar: Lidar = field(default_factory=Lidar)
 
     def __post_init__(self) -> None:
-        for name, low, high in (
-            ("share_a", 0.0, 1.0),
-            ("share_b", 0.0, 1.0),
-            ("speed_m_s", 0.1, 2.0),
-            ("scan_hz", 0.5, 40.0),
-            ("physics_hz", 30, 480),
-            ("max_seconds", 5.0, 3600.0),
-        ):
-            if not low <= getattr(self, name) <= high:
-                raise InputError(f"{name} must be {low} to {high}, got {getattr(self, name)}")
+        _require_within(self, physics_hz=(30, 480), max_seconds=(5.0, 3600.0))
+
+
+def _require_within(spec: object, **bounds: tuple[float, float]) -> None:
+    for name, (low, high) in bounds.items():
+        if not low <= getattr(spec, name) <= high:
+            raise InputError(f"{name} must be {low} to {high}, got {getattr(spec, name)}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -133,7 +157,7 @@ class MissionLog:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
                 head = json.loads(str(data["head"]))
                 robots = {n: _read_robot(data, n, head[n]) for n in ("a", "b")}
-            spec = MissionSpec(**{**head["spec"], "lidar": Lidar(**head["spec"]["lidar"])})
+            spec = cattrs.structure(head["spec"], MissionSpec)
             return cls(world=World.from_dict(head["world"]), spec=spec, seed=int(head["seed"]), **robots)
         except BROKEN as error:
             raise InputError(f"{path} is not a mission log: {error}") from error
@@ -157,13 +181,14 @@ def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:
         If PyBullet is missing, or a robot fits nowhere or got stuck before it had seen anything worth a map.
     """
     rng = np.random.default_rng(seed)
-    drive, steering = drivable(world), Steering(speed_m_s=spec.speed_m_s)
+    drive = drivable(world)
     a_is_left = bool(rng.random() < 0.5)
     with physics(world, hz=spec.physics_hz) as bullet:
         drivers = []
-        for share, from_left in ((spec.share_a, a_is_left), (spec.share_b, not a_is_left)):
-            start, tour = make_tour(world, drive, share_rooms(world, share, from_left=from_left), steering, rng)
-            drivers.append(_Driver(bullet, start, tour, spec))
+        for robot, from_left in ((spec.a, a_is_left), (spec.b, not a_is_left)):
+            rooms = share_rooms(world, robot.share, from_left=from_left)
+            start, tour = make_tour(world, drive, rooms, Steering(speed_m_s=robot.speed_m_s), rng)
+            drivers.append(_Driver(bullet, start, tour, robot, spec.physics_hz))
         _drive(bullet, drivers, spec)
     a, b = (driver.log() for driver in drivers)
     return MissionLog(world=world, spec=spec, seed=seed, a=a, b=b)
@@ -171,7 +196,6 @@ def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:
 
 def _drive(bullet: Physics, drivers: list[_Driver], spec: MissionSpec) -> None:
     """Step the simulation until both tours have ended."""
-    scan_every = max(1, round(spec.physics_hz / spec.scan_hz))
     for k in range(round(spec.max_seconds * spec.physics_hz)):
         time = k / spec.physics_hz
         busy = [driver for driver in drivers if not driver.tour.is_done]
@@ -180,7 +204,7 @@ def _drive(bullet: Physics, drivers: list[_Driver], spec: MissionSpec) -> None:
         for driver in busy:
             if k % CONTROL_EVERY == 0:
                 driver.control(time)
-            if k % scan_every == 0:
+            if k % driver.scan_every == 0:
                 driver.scan(time)
         bullet.step()
     for driver in drivers:
@@ -191,10 +215,11 @@ def _drive(bullet: Physics, drivers: list[_Driver], spec: MissionSpec) -> None:
 class _Driver:
     """One robot in the simulation, its tour, and what it has logged so far."""
 
-    def __init__(self, bullet: Physics, start: NDArray[np.float64], tour: Tour, spec: MissionSpec) -> None:
+    def __init__(self, bullet: Physics, start: NDArray[np.float64], tour: Tour, spec: RobotSpec, hz: int) -> None:
         self.bullet, self.tour, self.lidar = bullet, tour, spec.lidar
         self.robot = bullet.add_robot(start)
         self.angles = spec.lidar.angles
+        self.scan_every = max(1, round(hz / spec.scan_hz))
         self.odometry, self.wheels = start.copy(), (0.0, 0.0)
         self.rows: list[tuple[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]] = []
 

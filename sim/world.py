@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -71,10 +71,14 @@ class Room:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Door:
-    """An opening in a wall: the two ends of its gap, shape (2, 2), and the names of what it joins."""
+    """An opening in a wall: the two ends of its gap, shape (2, 2), and the names of what it joins.
+
+    A door that is not open has its leaf among the walls, or among what only one visit finds.
+    """
 
     ends: NDArray[np.float64]
     joins: tuple[str, str]
+    is_open: bool = True
 
     @property
     def centre(self) -> NDArray[np.float64]:
@@ -98,8 +102,14 @@ class World:
         (x, y) in metres; everything lies in 0..x, 0..y.
     walls, furniture
         What stops a robot and a ray.
+    glass
+        What stops a robot, but most rays pass.
+    visits
+        What stands only while robot A maps, and only while B does: moved furniture, doors that were shut.
     rooms, doors
         The corridor is a room like the others.
+    floor
+        Outlines (N, 2), convex and counter-clockwise, of floor that belongs to no room.
     family, seed
         Where it comes from.
     """
@@ -107,29 +117,65 @@ class World:
     size: tuple[float, float]
     walls: tuple[Prism, ...]
     furniture: tuple[Prism, ...] = ()
+    glass: tuple[Prism, ...] = ()
+    visits: tuple[tuple[Prism, ...], tuple[Prism, ...]] = ((), ())
     rooms: tuple[Room, ...] = ()
     doors: tuple[Door, ...] = ()
+    floor: tuple[NDArray[np.float64], ...] = ()
     family: str = ""
     seed: int = 0
 
     @property
     def obstacles(self) -> tuple[Prism, ...]:
-        """Walls and furniture."""
-        return self.walls + self.furniture
+        """Walls, furniture and glass: what both visits find."""
+        return self.walls + self.furniture + self.glass
 
-    def raster(self, resolution: float) -> OccupancyGrid:
-        """Draw the plan at the lasers' height, exactly.
+    def at_visit(self, visit: int) -> World:
+        """Return the world as robot A (0) or robot B (1) finds it, with nothing that only one visit finds."""
+        return replace(self, furniture=self.furniture + self.visits[visit], visits=((), ()))
+
+    def turned(self, yaw: float) -> World:
+        """Turn everything by `yaw` radians counter-clockwise, and shift it so that it lies in 0..x, 0..y again."""
+        every = [p.outline for p in (*self.obstacles, *self.visits[0], *self.visits[1])]
+        every += [*self.floor, *(room.outline for room in self.rooms)]
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        turn = np.array([[cos, sin], [-sin, cos]])  # for rows
+        corners = np.concatenate(every) @ turn
+        low, high = corners.min(axis=0), corners.max(axis=0)
+
+        def moved(points: NDArray[np.float64]) -> NDArray[np.float64]:
+            return _frozen(points @ turn - low)
+
+        def prisms(group: tuple[Prism, ...]) -> tuple[Prism, ...]:
+            return tuple(replace(p, outline=moved(p.outline)) for p in group)
+
+        return replace(
+            self,
+            size=(float(high[0] - low[0]), float(high[1] - low[1])),
+            walls=prisms(self.walls),
+            furniture=prisms(self.furniture),
+            glass=prisms(self.glass),
+            visits=(prisms(self.visits[0]), prisms(self.visits[1])),
+            rooms=tuple(Room(r.name, moved(r.outline), moved(r.spot)) for r in self.rooms),
+            doors=tuple(replace(d, ends=moved(d.ends)) for d in self.doors),
+            floor=tuple(moved(outline) for outline in self.floor),
+        )
+
+    def raster(self, resolution: float, *, height_m: float = SCAN_HEIGHT_M) -> OccupancyGrid:
+        """Draw the plan at a laser's height, exactly; what only one visit finds is left out.
 
         Parameters
         ----------
         resolution
             Metres per cell.
+        height_m
+            Of the laser's plane above the floor.
 
         Returns
         -------
         OccupancyGrid
-            Occupied where a cell's centre lies in an obstacle, free where it lies in a room, unknown elsewhere;
-            origin (0, 0, 0).
+            Occupied where a cell's centre lies in an obstacle, free where it lies in a room or on other floor, unknown
+            elsewhere; origin (0, 0, 0).
 
         Raises
         ------
@@ -140,9 +186,9 @@ class World:
             raise InputError(f"resolution must be a positive number of metres per cell, got {resolution}")
         shape = (math.ceil(self.size[1] / resolution - 1e-9), math.ceil(self.size[0] / resolution - 1e-9))
         cells = np.full(shape, UNKNOWN, dtype=np.int8)
-        _fill(cells, (room.outline for room in self.rooms), FREE, resolution)
+        _fill(cells, (*self.floor, *(room.outline for room in self.rooms)), FREE, resolution)
         _fill(cells, (d for door in self.doors for d in [_gap(door)]), FREE, resolution)
-        seen = (p.outline for p in self.obstacles if p.bottom <= SCAN_HEIGHT_M < p.top)
+        seen = (p.outline for p in self.obstacles if p.bottom <= height_m < p.top)
         _fill(cells, seen, OCCUPIED, resolution)
         return OccupancyGrid(cells[::-1], resolution)
 
@@ -152,8 +198,11 @@ class World:
             "size": list(self.size),
             "walls": [_prism_dict(p) for p in self.walls],
             "furniture": [_prism_dict(p) for p in self.furniture],
+            "glass": [_prism_dict(p) for p in self.glass],
+            "visits": [[_prism_dict(p) for p in visit] for visit in self.visits],
             "rooms": [{"name": r.name, "outline": r.outline.tolist(), "spot": r.spot.tolist()} for r in self.rooms],
-            "doors": [{"ends": d.ends.tolist(), "joins": list(d.joins)} for d in self.doors],
+            "doors": [{"ends": d.ends.tolist(), "joins": list(d.joins), "is_open": d.is_open} for d in self.doors],
+            "floor": [outline.tolist() for outline in self.floor],
             "family": self.family,
             "seed": self.seed,
         }
@@ -163,10 +212,13 @@ class World:
         """Read what `as_dict` wrote."""
         return cls(
             size=(float(data["size"][0]), float(data["size"][1])),
-            walls=tuple(Prism(**p) for p in data["walls"]),
-            furniture=tuple(Prism(**p) for p in data["furniture"]),
+            walls=_prisms(data["walls"]),
+            furniture=_prisms(data["furniture"]),
+            glass=_prisms(data["glass"]),
+            visits=(_prisms(data["visits"][0]), _prisms(data["visits"][1])),
             rooms=tuple(Room(r["name"], _frozen(r["outline"]), _frozen(r["spot"])) for r in data["rooms"]),
-            doors=tuple(Door(_frozen(d["ends"]), (d["joins"][0], d["joins"][1])) for d in data["doors"]),
+            doors=tuple(Door(_frozen(d["ends"]), (d["joins"][0], d["joins"][1]), d["is_open"]) for d in data["doors"]),
+            floor=tuple(_frozen(outline) for outline in data["floor"]),
             family=str(data["family"]),
             seed=int(data["seed"]),
         )
@@ -213,3 +265,7 @@ def _frozen(values: Any) -> NDArray[np.float64]:
 
 def _prism_dict(prism: Prism) -> dict[str, Any]:
     return {"outline": prism.outline.tolist(), "top": prism.top, "bottom": prism.bottom}
+
+
+def _prisms(data: Iterable[Mapping[str, Any]]) -> tuple[Prism, ...]:
+    return tuple(Prism(**p) for p in data)

@@ -14,6 +14,7 @@ from rectmerge.errors import InputError
 from rectmerge.grid import UNKNOWN, OccupancyGrid
 from scenarios.pairs import make_pair
 from scenarios.placement import MapSpec, crop_to_known, place_map, turn_image
+from sim.mission import RobotSpec
 from tests.sim.made import office_log, wall_distance
 
 LOG = office_log()
@@ -37,7 +38,7 @@ def to_nearest(points, targets):
 @given(kinds, turns, resolutions)
 def test_wall_cells_stand_on_the_walls_of_the_world(kind, turn, resolution):
     spec = MapSpec(resolution=resolution, turn_deg=turn, turn=kind)
-    placed = place_map(LOG.a, LOG.spec.lidar, spec, noise=0, seed=np.random.SeedSequence(1))
+    placed = place_map(LOG.a, LOG.spec.a.lidar, spec, noise=0, seed=np.random.SeedSequence(1))
     cells = wall_pixels(placed.grid)
     world = pixel_to_world(placed, cells)
 
@@ -162,7 +163,8 @@ def test_a_hidden_resolution_is_absent_and_a_known_one_right():
 
 def test_maps_of_different_ends_of_the_building_are_unrelated():
     a, b = (replace(robot, poses=robot.poses[part], ranges=robot.ranges[part]) for robot, part in ENDS)
-    near = replace(LOG.spec, lidar=replace(LOG.spec.lidar, max_range_m=3.0))
+    robot = RobotSpec(lidar=replace(LOG.spec.a.lidar, max_range_m=3.0))
+    near = replace(LOG.spec, a=robot, b=robot)
     pair = make_pair(replace(LOG, spec=near, a=a, b=b), MapSpec(), MapSpec(), 2)
 
     assert (pair.related, pair.pixels, pair.control_points, pair.residual_px, pair.overlap) == (False, *[None] * 4)

@@ -19,7 +19,7 @@ name = "one"
 seeds = { first = 3, count = 2 }
 noise = [0, 1]
 world = { rooms = 6, size_m = [14, 10.0] }
-mission = { share_a = 0.9, max_seconds = 20.0, scan_hz = 2.0, lidar = { beams = 180 } }
+mission = { max_seconds = 20.0, a = { share = 0.9, scan_hz = 2.0, lidar = { beams = 180 } }, b = { scan_hz = 2.0 } }
 a = { turn_deg = "random" }
 b = { resolution = 0.06, turn_deg = 30, turn = "image" }
 [[scenarios]]
@@ -38,7 +38,7 @@ def test_a_suite_reads_as_written(tmp_path):
     one = suite.scenarios[0]
 
     assert (suite.name, suite.title, suite.methods[0].set) == ("some", "Two", {"delta_cells": 2})
-    assert (one.world.rooms, one.world.size_m, one.mission.lidar.beams) == (6, (14.0, 10.0), 180)
+    assert (one.world.rooms, one.world.size_m, one.mission.a.lidar.beams) == (6, (14.0, 10.0), 180)
     assert (one.a.turn_deg, one.b.turn_deg, one.b.turn) == ("random", 30, "image")
     assert (one.seeds, one.noise) == (Seeds(first=3, count=2), (0, 1))
     assert suite.scenarios[1].world == WorldSpec()
@@ -64,12 +64,12 @@ def test_scenarios_seeds_and_purposes_draw_from_seeds_of_their_own(tmp_path):
     [
         ("rooms = 6", "romms = 6", "some.toml: scenarios[0].world: unknown key 'romms'"),
         ('name = "two"', 'name = "two"\nseed = 1', "some.toml: scenarios[1]: unknown key 'seed'"),
-        ("beams = 180", "beam = 180", "some.toml: scenarios[0].mission.lidar: unknown key 'beam'"),
+        ("beams = 180", "beam = 180", "some.toml: scenarios[0].mission.a.lidar: unknown key 'beam'"),
         ('title = "Two"', 'title = "Two"\nname = "x"', "some.toml: unknown key 'name'"),
         ('title = "Two"', "", "some.toml: title: missing"),
         ("rooms = 6", 'rooms = "6"', "some.toml: scenarios[0].world.rooms: must be a whole number, got '6'"),
         ("rooms = 6", "rooms = 3", "some.toml: scenarios[0].world: rooms must be 6 to 12, got 3"),
-        ("share_a = 0.9", "share_a = true", "some.toml: scenarios[0].mission.share_a: must be a number, got True"),
+        ("share = 0.9", "share = true", "some.toml: scenarios[0].mission.a.share: must be a number, got True"),
         ("noise = [0, 1]", "noise = [0, 7]", "some.toml: scenarios[0]: noise must list different levels"),
         (
             'turn = "image"',

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sim.floorplans import WorldSpec, make_world
 from sim.lidar import Lidar
-from sim.mission import MissionLog, MissionSpec, RobotLog
+from sim.mission import MissionLog, MissionSpec, RobotLog, RobotSpec
 from sim.world import Prism, Room, World, bar
 from tests.sim import naive
 
@@ -27,9 +27,10 @@ def box_world(width: float = 6.0, height: float = 4.0) -> World:
 def office_log() -> MissionLog:
     """Two robots that stand in the rooms of a small office, each in its own, with exact rays."""
     world = make_world(WorldSpec(size_m=(14.0, 10.0), rooms=6, oblique=0.0), 4)
-    spec = MissionSpec(lidar=Lidar(beams=720))
+    lidar = Lidar(beams=720)
+    spec = MissionSpec(a=RobotSpec(lidar=lidar), b=RobotSpec(lidar=lidar))
     rooms = sorted(world.rooms, key=lambda room: float(room.spot[0]))
-    a, b = (_standing(world, chosen, spec.lidar) for chosen in (rooms[:5], rooms[2:]))
+    a, b = (_standing(world, chosen, lidar) for chosen in (rooms[:5], rooms[2:]))
     return MissionLog(world=world, spec=spec, seed=0, a=a, b=b)
 
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 from rectmerge.errors import SimulationError
-from sim import _kernels
+from sim._kernels import paths
 from sim.driving import KEEP_OFF_M, Steering, drivable, look_ahead, shortest_path
 from sim.world import World
 from tests.sim import naive
@@ -17,7 +17,7 @@ from tests.sim.made import box_world, wall_distance
 def test_cost_to_goal_agrees_with_relaxation(price):
     price[0, 0] = 1.0
 
-    assert np.allclose(_kernels.cost_to_goal(price, 0, 0), naive.cost_to_goal(price, 0, 0))
+    assert np.allclose(paths.cost_to_goal(price, 0, 0), naive.cost_to_goal(price, 0, 0))
 
 
 def test_a_path_leads_to_the_goal_and_keeps_off_the_walls():

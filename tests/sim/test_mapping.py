@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
 from rectmerge.similarity import Similarity
-from sim import _kernels
+from sim._kernels.tracing import trace_scans
 from sim.lidar import Lidar
 from sim.mapping import build_map
 from tests.sim import naive
@@ -25,7 +25,7 @@ def test_tracing_agrees_with_cutting_rays_at_the_grid_lines(seed):
     fast = np.zeros((10, 10), dtype=np.float32)
     slow = np.zeros((10, 10))
 
-    _kernels.trace_scans(starts, ends, kinds, fast, 1.0, -0.4, 8.0)
+    trace_scans(starts, ends, kinds, fast, 1.0, -0.4, 8.0)
     for start, scan, kind in zip(starts, ends, kinds, strict=True):
         naive.trace_scan(start, scan, kind, slow, 1.0, -0.4, 8.0)
 

@@ -10,11 +10,12 @@ import pytest
 from rectmerge.errors import InputError
 from sim.floorplans import WorldSpec, make_world
 from sim.lidar import Lidar
-from sim.mission import MissionLog, MissionSpec, run_mission
+from sim.mission import MissionLog, MissionSpec, RobotSpec, run_mission
 from tests.sim import naive
 from tests.sim.made import office_log, wall_distance
 
-SPEC = MissionSpec(max_seconds=25.0, scan_hz=2.0, lidar=Lidar(beams=90))
+ROBOT = RobotSpec(scan_hz=2.0, lidar=Lidar(beams=90))
+SPEC = MissionSpec(max_seconds=25.0, a=ROBOT, b=ROBOT)
 HASH = """
 import hashlib
 from tests.sim.test_mission import short_mission
@@ -58,7 +59,7 @@ def test_robots_drive_and_keep_off_the_walls(log):
 @pytest.mark.sim
 def test_the_log_keeps_true_ranges_at_true_poses(log):
     for k in (0, len(log.a.times) // 2, -1):
-        true = naive.cast(log.world, log.a.poses[k], log.spec.lidar.angles, log.spec.lidar.max_range_m)
+        true = naive.cast(log.world, log.a.poses[k], log.spec.a.lidar.angles, log.spec.a.lidar.max_range_m)
         assert np.isclose(np.minimum(log.a.ranges[k], 99), np.minimum(true, 99), atol=1e-3).mean() > 0.97
 
 
@@ -92,7 +93,7 @@ def test_a_file_that_is_no_log_is_refused_by_name(tmp_path, content):
         MissionLog.load(tmp_path / "bad.npz")
 
 
-@pytest.mark.parametrize("values", [{"share_a": 1.2}, {"speed_m_s": 0.0}, {"scan_hz": 100.0}, {"max_seconds": 0.0}])
+@pytest.mark.parametrize("values", [{"share": 1.2}, {"speed_m_s": 0.0}, {"scan_hz": 100.0}, {"max_seconds": 0.0}])
 def test_a_spec_names_the_value_it_refuses(values):
     with pytest.raises(InputError, match=next(iter(values))):
-        MissionSpec(**values)
+        (MissionSpec if "max_seconds" in values else RobotSpec)(**values)

@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -71,3 +72,24 @@ def test_a_world_survives_json_to_the_bit():
 
     assert again.as_dict() == world.as_dict()
     assert np.array_equal(again.raster(0.05).occupancy, world.raster(0.05).occupancy)
+
+
+def test_turning_a_world_turns_its_raster_and_turning_it_back_restores_it():
+    world = make_world(WorldSpec(size_m=(14.0, 10.0), rooms=6), 3)
+    quarter, back = world.turned(np.pi / 2), world.turned(0.7).turned(-0.7)
+
+    assert quarter.size == pytest.approx((world.size[1], world.size[0]))
+    assert np.array_equal(quarter.raster(0.05).occupancy, np.rot90(world.raster(0.05).occupancy))
+    assert back.size == pytest.approx(world.size)
+    for one, other in zip(world.obstacles, back.obstacles, strict=True):
+        assert np.allclose(one.outline, other.outline)
+
+
+def test_each_visit_finds_its_own_things():
+    here = Prism(np.array([[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]), 1.0)
+    world = replace(box_world(), visits=((), (here,)))
+
+    assert not world.at_visit(0).visits[1]
+    assert here in world.at_visit(1).furniture
+    assert here not in world.at_visit(0).furniture + world.furniture
+    assert World.from_dict(world.as_dict()).as_dict() == world.as_dict()

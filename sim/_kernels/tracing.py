@@ -1,62 +1,13 @@
-"""Compiled loops of the simulation: shortest paths on a grid, and log-odds mapping by ray tracing."""
+"""Compiled loops of mapping: log-odds by ray tracing."""
 
 from __future__ import annotations
 
-import heapq
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.compiling import kernel
-
-
-@kernel
-def cost_to_goal(price: NDArray[np.float64], goal_row: int, goal_col: int) -> NDArray[np.float64]:
-    """Dijkstra over eight neighbours: the cost in cells from every cell to the goal; inf where price is inf."""
-    height, width = price.shape
-    cost = np.full((height, width), np.inf)
-    cost[goal_row, goal_col] = 0.0
-    heap = [(0.0, goal_row * width + goal_col)]
-    while len(heap) > 0:
-        so_far, at = heapq.heappop(heap)
-        row, col = at // width, at % width
-        if so_far > cost[row, col]:
-            continue
-        for dr in range(-1, 2):
-            for dc in range(-1, 2):
-                r, c = row + dr, col + dc
-                if (dr == 0 and dc == 0) or r < 0 or c < 0 or r >= height or c >= width:
-                    continue
-                if dr != 0 and dc != 0 and not (np.isfinite(price[row, c]) and np.isfinite(price[r, col])):
-                    continue  # no cutting of corners
-                new = so_far + 0.5 * (price[row, col] + price[r, c]) * math.sqrt(dr * dr + dc * dc)
-                if new < cost[r, c]:
-                    cost[r, c] = new
-                    heapq.heappush(heap, (new, r * width + c))
-    return cost
-
-
-@kernel
-def descend(cost: NDArray[np.float64], row: int, col: int) -> NDArray[np.int64]:
-    """Follow the steepest descent of a cost field to its goal; rows (row, col)."""
-    height, width = cost.shape
-    path = np.empty((height * width, 2), dtype=np.int64)
-    count = 0
-    while True:
-        path[count, 0], path[count, 1] = row, col
-        count += 1
-        best_row, best_col, best = row, col, 0.0
-        for r in range(max(0, row - 1), min(height, row + 2)):
-            for c in range(max(0, col - 1), min(width, col + 2)):
-                if (r == row and c == col) or not (np.isfinite(cost[row, c]) and np.isfinite(cost[r, col])):
-                    continue
-                slope = (cost[row, col] - cost[r, c]) / math.sqrt((r - row) ** 2 + (c - col) ** 2)
-                if slope > best:
-                    best_row, best_col, best = r, c, slope
-        if best == 0.0:
-            return path[:count].copy()
-        row, col = best_row, best_col
 
 
 @kernel

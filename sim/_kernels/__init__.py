@@ -1,0 +1,1 @@
+"""Compiled loops of the simulation, one module per stage: arrays in, arrays out."""
