@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import time
+from collections.abc import Mapping
 from importlib.metadata import EntryPoint, entry_points
 from typing import Literal, cast, get_args, get_origin, get_type_hints
 
@@ -22,8 +24,9 @@ EXPECTED_WITHIN = 0.10  # resolutions are trusted to this share first
 Scale = Literal["auto", "free"] | tuple[float, float] | float
 
 
-def available() -> dict[str, EntryPoint]:
-    """Return the registered methods by name, none of them imported yet."""
+@functools.cache
+def available() -> Mapping[str, EntryPoint]:
+    """Return the registered methods by name, none of them imported yet; what is installed is looked up once."""
     return {point.name: point for point in sorted(entry_points(group=GROUP), key=lambda point: point.name)}
 
 

@@ -13,7 +13,7 @@ from rectmerge.similarity import Similarity
 
 CONFLICT_REACH_CELLS = 2  # a wall this close to the other map's wall agrees with it
 MOST_WALL_CELLS = 5_000  # an evenly spaced choice of more says the same
-SAMPLED_CELLS = 160_000  # so it is with areas
+SAMPLED_CELLS = 80_000  # so it is with areas
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.overlap import cells_of
 
 REACH_CELLS = 5  # walls are judged straight this far to all sides
-JUDGED_CELLS = 500  # evenly spaced wall cells, on which thickness and straightness are measured
+JUDGED_CELLS = 300  # evenly spaced wall cells, on which thickness and straightness are measured
 COHERENT = 0.8  # of the structure tensor: 1 along a line, about 0 at a corner or in a cloud of points
 
 

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge._kernels.shrinking import SPECK, SURFACE, describe_walls
 from rectmerge.methods import make_method
-from rectmerge.robust import features, hypotheses, method, search, verdict
+from rectmerge.robust import cells, features, hypotheses, method, search, verdict
 from rectmerge.robust.features import dominant_angles
 from rectmerge.robust.likelihood import JUDGED_NOISES, Judge
 from rectmerge.robust.refinement import Fit, fit_surfaces
-from rectmerge.robust.search import free_overlap
 from scenarios.pairs import MapPair
 from scenarios.rows import Contender, Row, answer, row_of
 
@@ -68,9 +68,9 @@ def _no_two_sided_pairs(*arguments: Any) -> int:
     return int(arguments[-1])
 
 
-def _full_overlap(placement: NDArray[np.float64], a: features.Features, b: features.Features) -> tuple[float, float]:
-    """Stand in for `free_overlap` where the ranking reads it: the overlap damps nothing, the rest is as it was."""
-    return 1.0, free_overlap(placement, a, b)[1]
+def _full_overlaps(placements: NDArray[np.float64], *_: features.Features) -> NDArray[np.float64]:
+    """Stand in for `sampled_overlaps`, which the ranking reads: the overlap damps nothing."""
+    return np.ones(len(placements))
 
 
 def _placement_kept(placement: NDArray[np.float64], *arguments: Any, **options: Any) -> Fit:
@@ -88,30 +88,10 @@ def _strongest_angle(map_features: features.Features) -> list[tuple[float, float
     return dominant_angles(map_features, most=1)
 
 
-def shrink_with_specks(
-    cells: NDArray[np.int8], bounds: tuple[int, int, int, int], factor: float
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.float64], NDArray[np.float64], int]:
-    """Stand in for the kernel `shrink`, which leaves specks out: the same counts and sums with every occupied cell."""
-    top, bottom, left, right = bounds
-    part = cells[top : bottom + 1, left : right + 1]
-    shape = tuple(int(np.ceil(side / factor)) for side in part.shape)
-    row, col = (
-        np.minimum(n - 1, np.floor((np.arange(side) + 0.5) / factor)) for n, side in zip(shape, part.shape, strict=True)
-    )
-    at = (row[:, None] * shape[1] + col).astype(np.intp)  # working cell of each cell
-    around = np.pad(cells == 0, 1)
-    height, width = cells.shape
-    beside_free = np.any([around[i : i + height, j : j + width] for i in range(3) for j in range(3)], axis=0)
-    occupied = part > 0
-    surface = occupied & beside_free[top : bottom + 1, left : right + 1]
-    v, u = np.indices(part.shape)
-
-    def total(mask: NDArray[np.bool_], weights: NDArray[Any] | None = None) -> NDArray[Any]:
-        heavy = None if weights is None else weights[mask]
-        return np.bincount(at[mask], heavy, shape[0] * shape[1]).reshape(shape)
-
-    counts = [total(mask).astype(np.int32) for mask in (part == 0, occupied, surface)]
-    return counts[0], counts[1], counts[2], total(surface, np.add(u, left)), total(surface, np.add(v, top)), 0
+def no_specks(values: NDArray[np.int8], occupied: NDArray[np.int64]) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
+    """Stand in for the kernel `describe_walls`: specks are surface like any other."""
+    kinds, normals = describe_walls(values, occupied)
+    return np.where(kinds == SPECK, SURFACE, kinds).astype(np.int8), normals
 
 
 _NOISES = dict(zip(("rigid", "drifting", "bent"), JUDGED_NOISES, strict=True))
@@ -122,16 +102,14 @@ ABLATIONS = (
         name="rectangle pairs that agree in both sides",
         patches=((hypotheses, "pair_by_both_sides", _no_two_sided_pairs),),
     ),
-    Ablation(name="80 rectangles for 200", fields=(("rectangles", 80),)),
-    Ablation(name="40 rectangles for 200", fields=(("rectangles", 40),)),
-    Ablation(name="40 refined for 120", fields=(("refined", 40),)),
+    Ablation(name="60 rectangles for 120", fields=(("rectangles", 60),)),
+    Ablation(name="30 rectangles for 120", fields=(("rectangles", 30),)),
+    Ablation(name="25 refined for 60", fields=(("refined", 25),)),
     Ablation(name="second orthogonal frame", patches=((method, "dominant_angles", _strongest_angle),)),
     Ablation(name="frames all round", patches=((method, "WEAK_CONTRAST", 0.0),)),
     Ablation(name="finer grid for narrow passages", patches=((features, "LARGEST_DIAGONAL_CELLS", 400.0),)),
-    Ablation(
-        name="removal of specks", patches=((features, "shrink", shrink_with_specks), (features, "SPECK_CELLS", 0))
-    ),
-    Ablation(name="damping by the overlap", patches=((search, "free_overlap", _full_overlap),)),
+    Ablation(name="removal of specks", patches=((cells, "describe_walls", no_specks), (features, "SPECK_CELLS", 0))),
+    Ablation(name="damping by the overlap", patches=((search, "sampled_overlaps", _full_overlaps),)),
     *(
         Ablation(
             name=f"wall noises other than {name}", patches=((search, "JUDGED_NOISES", (noise,) * len(JUDGED_NOISES)),)

@@ -40,18 +40,25 @@ def solve(matrix: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[n
 
 
 @kernel
+def inverse(placement: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """Invert a placement."""
+    a, b, tx, ty = placement
+    square = a * a + b * b
+    return a / square, -b / square, -(a * tx + b * ty) / square, (b * tx - a * ty) / square
+
+
+@kernel
 def slopes(
-    placement: tuple[float, float, float, float], x: float, y: float, gx: float, gy: float, backward: bool
+    way: tuple[float, float, float, float], x: float, y: float, gx: float, gy: float, backward: bool
 ) -> tuple[float, float, float, float]:
     """Return how a residual with gradient (gx, gy) changes with the turn, the log scale and the shift of a placement.
 
-    Forward, (x, y) is the moved point less the shift; backward, it is the point after the inverse placement.
+    `way` is the placement, or backward its inverse, and has taken a point to (x, y).
     """
     if not backward:
+        x, y = x - way[2], y - way[3]
         return gy * x - gx * y, gx * x + gy * y, gx, gy
-    a, b = placement[0], placement[1]
-    square = a * a + b * b
-    return gx * y - gy * x, -(gx * x + gy * y), (gy * b - gx * a) / square, -(gx * b + gy * a) / square
+    return gx * y - gy * x, -(gx * x + gy * y), -gx * way[0] - gy * way[1], gx * way[1] - gy * way[0]
 
 
 @kernel
@@ -66,20 +73,10 @@ def add_normal_equations(
 
 
 @kernel
-def moved(placement: tuple[float, float, float, float], x: float, y: float, backward: bool) -> tuple[float, float]:
-    """Move a point by a placement, or back."""
-    a, b, tx, ty = placement
-    if not backward:
-        return a * x - b * y + tx, b * x + a * y + ty
-    square = a * a + b * b
-    return (a * (x - tx) + b * (y - ty)) / square, (a * (y - ty) - b * (x - tx)) / square
-
-
-@kernel
 def add_field(
     matrix: NDArray[np.float64],
     vector: NDArray[np.float64],
-    placement: tuple[float, float, float, float],
+    way: tuple[float, float, float, float],
     points: NDArray[np.float64],
     distance: NDArray[np.float32],
     known: NDArray[np.bool_],
@@ -89,8 +86,10 @@ def add_field(
 ) -> None:
     """Add the points' distances to the other map's walls, where it is known there and they are within reach."""
     height, width = distance.shape
+    a, b, tx, ty = way
+    sharpness = 1 / (reach * reach)
     for k in range(len(points)):
-        x, y = moved(placement, points[k, 0], points[k, 1], backward)
+        x, y = a * points[k, 0] - b * points[k, 1] + tx, b * points[k, 0] + a * points[k, 1] + ty
         if x < 1 or y < 1 or x >= width - 2 or y >= height - 2:
             continue
         u, v = int(x), int(y)
@@ -102,10 +101,8 @@ def add_field(
         if d >= reach:
             continue
         gx, gy = (d01 - d00) * (1 - q) + (d11 - d10) * q, (d10 - d00) * (1 - p) + (d11 - d01) * p
-        if not backward:
-            x, y = x - placement[2], y - placement[3]
-        w = weight * (1 - (d / reach) ** 2) ** 2  # Tukey's biweight
-        add_normal_equations(matrix, vector, slopes(placement, x, y, gx, gy, backward), w, d)
+        w = weight * (1 - d * d * sharpness) ** 2  # Tukey's biweight
+        add_normal_equations(matrix, vector, slopes(way, x, y, gx, gy, backward), w, d)
 
 
 @kernel
@@ -148,52 +145,11 @@ def fit_to_fields(
             vector[:] = 0
             scale = math.hypot(p[0], p[1])
             add_field(matrix, vector, p, points_b, distance_a, known_a, reach, 1.0, False)
-            add_field(matrix, vector, p, points_a, distance_b, known_b, reach / scale, scale * scale, True)
+            add_field(matrix, vector, inverse(p), points_a, distance_b, known_b, reach / scale, scale * scale, True)
             for k in range(4):
                 matrix[k, k] += 1e-6 * matrix[k, k] + (1.0 if k < 2 else 1e-9)
             p = stepped(p, solve(matrix, vector), 3 * reach, bounds)
         placements[i] = p
-
-
-@kernel
-def beside_free(cells: NDArray[np.int8], row: int, col: int) -> bool:
-    """Whether one of a cell's eight neighbours is free."""
-    for i in range(max(0, row - 1), min(cells.shape[0], row + 2)):
-        for j in range(max(0, col - 1), min(cells.shape[1], col + 2)):
-            if cells[i, j] == 0:
-                return True
-    return False
-
-
-@kernel
-def find_surface(cells: NDArray[np.int8]) -> NDArray[np.float64]:
-    """List the occupied cells beside free ones as rows (u, v, nx, ny), the normal pointing into the free space."""
-    height, width = cells.shape
-    count = 0
-    surface = np.empty((1024, 4))
-    for r in range(height):
-        for c in range(width):
-            if cells[r, c] <= 0:
-                continue
-            if not beside_free(cells, r, c):
-                continue
-            nx, ny = 0.0, 0.0
-            for i in range(max(0, r - 2), min(height, r + 3)):
-                for j in range(max(0, c - 2), min(width, c + 3)):
-                    if cells[i, j] == 0:
-                        nx += j - c
-                        ny += i - r
-            length = math.hypot(nx, ny)
-            if length == 0:
-                continue
-            if count == len(surface):
-                grown = np.empty((2 * count, 4))
-                grown[:count] = surface
-                surface = grown
-            surface[count, 0], surface[count, 1] = c, r
-            surface[count, 2], surface[count, 3] = nx / length, ny / length
-            count += 1
-    return surface[:count].copy()
 
 
 @kernel
@@ -226,7 +182,7 @@ def nearest_facing(
 def add_surface(
     matrix: NDArray[np.float64],
     vector: NDArray[np.float64],
-    placement: tuple[float, float, float, float],
+    way: tuple[float, float, float, float],
     points: NDArray[np.float64],
     index: NDArray[np.int32],
     surface: NDArray[np.float64],
@@ -239,12 +195,12 @@ def add_surface(
     Returns the weighted sum of squares, and how many points found a partner, of how many that fell inside.
     """
     height, width = index.shape
-    a, b = placement[0], placement[1]
+    a, b, tx, ty = way
     scale = math.hypot(a, b)
-    cos, sin = a / scale, (-b if backward else b) / scale
+    cos, sin = a / scale, b / scale
     squares, matched, inside = 0.0, 0, 0
     for k in range(len(points)):
-        x, y = moved(placement, points[k, 0], points[k, 1], backward)
+        x, y = a * points[k, 0] - b * points[k, 1] + tx, b * points[k, 0] + a * points[k, 1] + ty
         if x < 0 or y < 0 or x >= width or y >= height:
             continue
         inside += 1
@@ -255,11 +211,9 @@ def add_surface(
         matched += 1
         gx, gy = surface[at, 2], surface[at, 3]
         d = gx * (x - surface[at, 0]) + gy * (y - surface[at, 1])
-        if not backward:
-            x, y = x - placement[2], y - placement[3]
         w = weight * max(0.0, 1 - (d / reach) ** 2) ** 2
         squares += w * d * d
-        add_normal_equations(matrix, vector, slopes(placement, x, y, gx, gy, backward), w, d)
+        add_normal_equations(matrix, vector, slopes(way, x, y, gx, gy, backward), w, d)
     return squares, matched, inside
 
 
@@ -274,22 +228,27 @@ def fit_to_surfaces(
     surface_b: NDArray[np.float64],
     reaches: NDArray[np.float64],
     bounds: tuple[float, float],
+    strides: NDArray[np.int64],
     least_matched: float,
 ) -> tuple[tuple[float, float, float, float], NDArray[np.float64], float, int, int]:
     """Refine one placement, a Gauss-Newton step per reach, each map's surface onto the other's.
 
+    Of the points, every `strides[k]`-th is used in step k.
     Ends early where less than `least_matched` of the surface inside the other map finds a partner.
     Returns the placement, the last normal matrix, its mean squared residual, and the points matched of those inside.
     """
     p = placement
     matrix, vector = np.zeros((4, 4)), np.zeros(4)
     squares, matched, inside = 0.0, 0, 0
-    for reach in reaches:
+    for step in range(len(reaches)):
+        reach, stride = reaches[step], strides[step]
         matrix[:] = 0
         vector[:] = 0
         scale = math.hypot(p[0], p[1])
-        one = add_surface(matrix, vector, p, points_b, index_a, surface_a, reach, 1.0, False)
-        two = add_surface(matrix, vector, p, points_a, index_b, surface_b, max(1.5, reach / scale), scale * scale, True)
+        near = max(1.5, reach / scale)
+        some_b, some_a = points_b[::stride], points_a[::stride]
+        one = add_surface(matrix, vector, p, some_b, index_a, surface_a, reach, 1.0, False)
+        two = add_surface(matrix, vector, inverse(p), some_a, index_b, surface_b, near, scale * scale, True)
         squares, matched, inside = one[0] + two[0], one[1] + two[1], one[2] + two[2]
         if matched < least_matched * inside:
             break

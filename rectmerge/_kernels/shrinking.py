@@ -1,6 +1,8 @@
-"""Shrinking a map to its working grid, without its specks, keeping where in each cell the walls' surface lies."""
+"""The walls of a map, and shrinking it to its working grid: where in each cell the walls' surface lies."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +10,7 @@ from numpy.typing import NDArray
 from rectmerge._kernels.compiling import kernel
 
 LARGEST_SPECK = 4  # cells
+INSIDE, SURFACE, SPECK = 0, 1, 2  # kinds of occupied cells: no free neighbour, some, and small with free all around
 
 
 @kernel
@@ -57,46 +60,65 @@ def known_bounds(cells: NDArray[np.int8]) -> tuple[int, int, int, int]:
 
 
 @kernel
-def shrink(
-    cells: NDArray[np.int8], bounds: tuple[int, int, int, int], factor: float
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.float64], NDArray[np.float64], int]:
-    """Count free, occupied and surface cells per working cell, sum the surface cells' (u, v), count specks.
+def describe_walls(
+    cells: NDArray[np.int8], occupied: NDArray[np.int64]
+) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
+    """Tell of each occupied cell, given by its flat index, its kind and the normal into the free space beside it.
 
-    `cells` is -1 unknown, 0 free, 100 occupied; a surface cell is occupied with a free neighbour.
+    `cells` is -1 unknown, 0 free, 100 occupied. A normal is (0, 0) where the free cells within two cells are balanced,
+    and inside walls.
     """
-    top, bottom, left, right = bounds
     height, width = cells.shape
-    shape = (int(np.ceil((bottom - top + 1) / factor)), int(np.ceil((right - left + 1) / factor)))
-    free, occupied, surface = np.zeros(shape, np.int32), np.zeros(shape, np.int32), np.zeros(shape, np.int32)
+    kinds = np.full(len(occupied), INSIDE, np.int8)
+    normals = np.zeros((len(occupied), 2), np.float32)
+    for k in range(len(occupied)):
+        r, c = occupied[k] // width, occupied[k] % width
+        beside_free, alike = 0, 0
+        for i in range(max(0, r - 1), min(height, r + 2)):
+            for j in range(max(0, c - 1), min(width, c + 2)):
+                beside_free += cells[i, j] == 0
+                alike += cells[i, j] > 0
+        if beside_free == 0:
+            continue
+        kinds[k] = SURFACE
+        if beside_free + alike == 9 and alike < LARGEST_SPECK and is_speck(cells, r, c):
+            kinds[k] = SPECK
+        nx, ny = 0.0, 0.0
+        for i in range(max(0, r - 2), min(height, r + 3)):
+            for j in range(max(0, c - 2), min(width, c + 3)):
+                if cells[i, j] == 0:
+                    nx += j - c
+                    ny += i - r
+        length = math.hypot(nx, ny)
+        if length > 0:
+            normals[k, 0], normals[k, 1] = nx / length, ny / length
+    return kinds, normals
+
+
+@kernel
+def count_walls(
+    rows: NDArray[np.int64],
+    cols: NDArray[np.int64],
+    kinds: NDArray[np.int8],
+    bounds: tuple[int, int, int, int],
+    factor: float,
+    shape: tuple[int, int],
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
+    """Count specks, other occupied cells and surface cells per working cell, and sum the surface cells' (u, v)."""
+    specks, occupied, surface = np.zeros(shape, np.int32), np.zeros(shape, np.int32), np.zeros(shape, np.int32)
     sum_u, sum_v = np.zeros(shape), np.zeros(shape)
-    column = np.empty(right - left + 1, np.int64)
-    for c in range(len(column)):
-        column[c] = min(shape[1] - 1, int((c + 0.5) / factor))
-    specks = 0
-    for r in range(top, bottom + 1):
-        y = min(shape[0] - 1, int((r - top + 0.5) / factor))
-        for c in range(left, right + 1):
-            if cells[r, c] < 0:
-                continue
-            x = column[c - left]
-            if cells[r, c] == 0:
-                free[y, x] += 1
-                continue
-            beside_free, alike = 0, 0
-            for i in range(max(0, r - 1), min(height, r + 2)):
-                for j in range(max(0, c - 1), min(width, c + 2)):
-                    beside_free += cells[i, j] == 0
-                    alike += cells[i, j] > 0
-            if beside_free + alike == 9 and alike < LARGEST_SPECK and is_speck(cells, r, c):
-                specks += 1
-                free[y, x] += 1
-                continue
-            occupied[y, x] += 1
-            if beside_free:
-                surface[y, x] += 1
-                sum_u[y, x] += c
-                sum_v[y, x] += r
-    return free, occupied, surface, sum_u, sum_v, specks
+    for k in range(len(rows)):
+        y = min(shape[0] - 1, int((rows[k] - bounds[0] + 0.5) / factor))
+        x = min(shape[1] - 1, int((cols[k] - bounds[2] + 0.5) / factor))
+        if kinds[k] == SPECK:
+            specks[y, x] += 1
+            continue
+        occupied[y, x] += 1
+        if kinds[k] == SURFACE:
+            surface[y, x] += 1
+            sum_u[y, x] += cols[k]
+            sum_v[y, x] += rows[k]
+    return specks, occupied, surface, sum_u, sum_v
 
 
 @kernel

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -11,9 +13,10 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import suppress
 from rectmerge._kernels.profiles import profile_energies
-from rectmerge._kernels.shrinking import known_bounds, shrink, specks_of_few
-from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from rectmerge._kernels.shrinking import count_walls, known_bounds, specks_of_few
+from rectmerge.grid import FREE, OCCUPIED, UNKNOWN
 from rectmerge.rectangles import maximal_rectangles
+from rectmerge.robust.cells import MapCells
 
 DIAGONAL_CELLS = 400.0  # of the working grid
 LARGEST_DIAGONAL_CELLS = 1000.0  # of the working grid of a map with narrow passages
@@ -23,15 +26,17 @@ QUARTER_TURN_DEG = 90
 FREE_SHARE = 0.3  # of a working cell's area seen free makes it free
 SPECK_CELLS = 4  # a lone working cell that stands for no more occupied cells than this is a speck
 FINE_STEPS_RAD = (math.radians(0.25), math.radians(0.06))
+MOST_POINTS_PROJECTED = 1500  # evenly spaced ones stand for more
 SMALLEST_SIDE_CELLS = 4
 ALIKE_IOU = 0.7
 DISTANCE_EDGES_CELLS = np.array([*np.arange(0, 8, 0.5), 8, 10, 12, 16, 24, np.inf])  # bins of the distance to a wall
 BIN_OF_HALF_CELL = (np.searchsorted(DISTANCE_EDGES_CELLS, np.arange(0, 24.5, 0.5), side="right") - 1).astype(np.uint8)
+IN_UNKNOWN, ON_BORDER = 32, 64
 
 Cells = NDArray[np.int32]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Features:
     """One map, small enough to compare thousands of placements of it.
 
@@ -46,7 +51,8 @@ class Features:
     distance
         Shape (h, w), float32: from each working cell to the next wall cell, in working cells.
     distance_bins
-        Shape (h, w), uint8: the same as an index into the bins between `DISTANCE_EDGES_CELLS`.
+        Shape (h, w), uint8: the same as an index into the bins between `DISTANCE_EDGES_CELLS`, `IN_UNKNOWN` more where
+        the map is unknown, and `ON_BORDER` along the border, which stands for everything beyond.
     """
 
     factor: float
@@ -57,7 +63,12 @@ class Features:
     distance: NDArray[np.float32]
     distance_bins: NDArray[np.uint8]
 
-    @property
+    @functools.cached_property
+    def distance_counts(self) -> NDArray[np.intp]:
+        """Known cells in each bin of the distance to a wall, shape (len(DISTANCE_EDGES_CELLS) - 1,)."""
+        return np.bincount(self.distance_bins.ravel(), minlength=ON_BORDER)[: len(DISTANCE_EDGES_CELLS) - 1]
+
+    @functools.cached_property
     def landmarks(self) -> NDArray[np.float64]:
         """Four points around the walls at the radius of their spread, shape (4, 2): where a placement is compared."""
         middle = self.walls.mean(axis=0)
@@ -65,7 +76,7 @@ class Features:
         landmarks: NDArray[np.float64] = middle + radius * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
         return landmarks
 
-    @property
+    @functools.cached_property
     def radius(self) -> float:
         """Root mean square distance of the walls from their centroid, in working cells."""
         return float(np.sqrt(((self.walls - self.walls.mean(axis=0)) ** 2).sum(axis=1).mean()))
@@ -90,36 +101,26 @@ class Frame:
     has_wall: NDArray[np.bool_]
 
 
-def trinary(grid: OccupancyGrid) -> NDArray[np.int8]:
-    """Read a grid as -1 unknown, 0 free, 100 occupied, shape (H, W)."""
-    if ((grid.occupancy == FREE) | (grid.occupancy == OCCUPIED) | (grid.occupancy == UNKNOWN)).all():
-        return grid.occupancy
-    cells = np.full(grid.shape, UNKNOWN, np.int8)
-    cells[grid.free] = FREE
-    cells[grid.occupied] = OCCUPIED
-    return cells
-
-
-def extract_features(cells: NDArray[np.int8]) -> Features | None:
-    """Shrink a trinary map to its working grid; None where no wall borders on free space.
+def extract_features(cells: MapCells) -> Features | None:
+    """Shrink a map to its working grid; None where no wall borders on free space.
 
     The grid is as coarse as the map's passages allow: its free cells keep a mean clearance of six cells.
     """
-    top, bottom, left, right = known_bounds(cells)
-    diagonal = math.hypot(bottom - top + 1, right - left + 1)
+    bounds = known_bounds(cells.values)
+    top, bottom, left, right = bounds
     if bottom < 0:
         return None
-    features, clearance = _shrunk(cells, (top, bottom, left, right), max(1.0, diagonal / DIAGONAL_CELLS))
+    diagonal = math.hypot(bottom - top + 1, right - left + 1)
+    features, clearance = _shrunk(cells, bounds, max(1.0, diagonal / DIAGONAL_CELLS))
     if features is None or clearance >= MEAN_CLEARANCE_CELLS or features.factor == 1.0:
         return features
     finer = min(LARGEST_DIAGONAL_CELLS, DIAGONAL_CELLS * MEAN_CLEARANCE_CELLS / clearance)
-    return _shrunk(cells, (top, bottom, left, right), max(1.0, diagonal / finer))[0]
+    return _shrunk(cells, bounds, max(1.0, diagonal / finer))[0]
 
 
-def _shrunk(cells: NDArray[np.int8], bounds: tuple[int, int, int, int], factor: float) -> tuple[Features | None, float]:
+def _shrunk(cells: MapCells, bounds: tuple[int, int, int, int], factor: float) -> tuple[Features | None, float]:
     """Return the features at a shrinking factor, and the mean clearance of their free cells."""
-    counts = shrink(cells, bounds, factor)
-    n_free, n_occupied, n_surface, sum_u, sum_v = (np.pad(c, MARGIN_CELLS) for c in counts[:5])
+    n_free, n_occupied, n_surface, sum_u, sum_v = (np.pad(c, MARGIN_CELLS) for c in shrink(cells, bounds, factor))
     occupied = n_occupied > 0
     free = (n_free >= FREE_SHARE * factor**2) & ~occupied
     # holes between diverging rays are free: nearly half of what surrounds them is
@@ -135,16 +136,46 @@ def _shrunk(cells: NDArray[np.int8], bounds: tuple[int, int, int, int], factor: 
     surface = np.stack([sum_u[wall], sum_v[wall]], axis=1) / n_surface[wall][:, None]  # (N, 2) in the map's pixels
     distance = cv2.distanceTransform((~wall).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
     clearance = cv2.distanceTransform(free.view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_3)
+    known = free | occupied
+    bins = BIN_OF_HALF_CELL[np.minimum(2 * distance, len(BIN_OF_HALF_CELL) - 1).astype(np.uint8)]
+    bins[~known] += IN_UNKNOWN
+    bins[[0, -1], :] = bins[:, [0, -1]] = ON_BORDER
     features = Features(
         factor=factor,
         offset=offset,
         free=free,
-        known=free | occupied,
+        known=known,
         walls=surface / factor + offset,
         distance=np.asarray(distance, np.float32),
-        distance_bins=BIN_OF_HALF_CELL[np.minimum(2 * distance, len(BIN_OF_HALF_CELL) - 1).astype(np.uint8)],
+        distance_bins=bins,
     )
     return features, float(clearance[free].mean()) if free.any() else 0.0
+
+
+def shrink(cells: MapCells, bounds: tuple[int, int, int, int], factor: float) -> tuple[NDArray[Any], ...]:
+    """Count the free, occupied and surface cells of each working cell, and sum the surface cells' u and v.
+
+    Parameters
+    ----------
+    cells
+        The map; its specks count as free.
+    bounds
+        First and last row and column to use.
+    factor
+        Cells of the map per working cell, each way; >= 1.
+    """
+    sides = (bounds[1] - bounds[0] + 1, bounds[3] - bounds[2] + 1)
+    rows, cols = (_working_ends(side, factor) for side in sides)
+    shape = (len(rows) - 1, len(cols) - 1)
+    walls = count_walls(cells.rows, cells.cols, cells.kinds, bounds, factor, shape)
+    return cells.free_counts(rows + bounds[0], cols + bounds[2]) + walls[0], *walls[1:]
+
+
+def _working_ends(side: int, factor: float) -> NDArray[np.intp]:
+    """Cells at which the working cells along a side begin, and the side's end."""
+    count = math.ceil(side / factor)
+    working = np.minimum(count - 1, ((np.arange(side) + 0.5) / factor).astype(np.intp))
+    return np.searchsorted(working, np.arange(count + 1))
 
 
 def dominant_angles(features: Features, *, most: int = 2, least_share: float = 0.5) -> list[tuple[float, float]]:
@@ -158,7 +189,8 @@ def dominant_angles(features: Features, *, most: int = 2, least_share: float = 0
     """
     points = features.walls - features.walls.mean(axis=0)
     degrees = np.arange(QUARTER_TURN_DEG)
-    energy = _folded_energy(points, np.radians(degrees.astype(np.float64)), 1.5)
+    some = points[:: -(-len(points) // MOST_POINTS_PROJECTED)]
+    energy = _folded_energy(some, np.radians(degrees.astype(np.float64)), 1.5)
     floor = float(np.median(energy))
     left = energy - floor
     peaks: list[tuple[float, float]] = []

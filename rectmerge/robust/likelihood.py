@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import add_bent_scores, add_scores, invert
-from rectmerge.robust.features import DISTANCE_EDGES_CELLS, Features
+from rectmerge.robust.features import DISTANCE_EDGES_CELLS, IN_UNKNOWN, Features
 
 STEPS_PER_NAT = 1024  # likelihoods are whole numbers of this step
 LARGEST_GAIN = 3.0
@@ -47,16 +48,16 @@ def likelihood_field(features: Features, noise: WallNoise) -> NDArray[np.int32]:
     The alternative is a point anywhere in this map's known area: a wall met in a big empty room says more than one met
     among shelves, and the empty room itself says nothing. 0 where the map is unknown, and along the border.
     """
-    background = np.bincount(features.distance_bins[features.known], minlength=len(DISTANCE_EDGES_CELLS) - 1) + 1.0
+    edges = DISTANCE_EDGES_CELLS
+    background = features.distance_counts + 1.0
     background /= background.sum()
-    below = [[math.erf(edge / (s * math.sqrt(2))) for edge in DISTANCE_EDGES_CELLS] for s in noise.spreads]
+    below = [[math.erf(edge / (s * math.sqrt(2))) for edge in edges] for s in noise.spreads]
     ratio = np.log((1 - noise.outliers) * np.diff(np.mean(below, axis=0)) / background + noise.outliers)
-    steps = np.rint(STEPS_PER_NAT * np.minimum(ratio, LARGEST_GAIN)).astype(np.int32)
-    field: NDArray[np.int32] = steps[features.distance_bins]
-    field[~features.known & (features.distance > NEAR_SIGMAS * min(noise.spreads))] = 0
-    field[[0, -1], :] = 0
-    field[:, [0, -1]] = 0
-    return field
+    table = np.zeros(256, np.int32)
+    table[: len(ratio)] = np.rint(STEPS_PER_NAT * np.minimum(ratio, LARGEST_GAIN))
+    near = np.count_nonzero(edges[:-1] < NEAR_SIGMAS * min(noise.spreads))
+    table[IN_UNKNOWN : IN_UNKNOWN + near] = table[:near]
+    return np.asarray(cv2.LUT(features.distance_bins, table), np.int32)
 
 
 class Judge:

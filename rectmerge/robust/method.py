@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.overlap import Agreement, Comparison
 from rectmerge.quality import measure_quality
+from rectmerge.robust.cells import MapCells, trinary
 from rectmerge.robust.features import (
     QUARTER_TURN_DEG,
     Features,
@@ -20,7 +22,6 @@ from rectmerge.robust.features import (
     dominant_angles,
     extract_features,
     rectangles_in_frame,
-    trinary,
 )
 from rectmerge.robust.refinement import RIVAL_POINTS, SURFACE_POINTS, Fit, Surface, fit_surfaces, to_pixels
 from rectmerge.robust.search import Ranking, Search
@@ -28,6 +29,7 @@ from rectmerge.robust.verdict import SURE_AT, Evidence, judge, likelihood_ratio
 from rectmerge.similarity import Similarity
 
 REFINED_BEYOND = 0.05  # refinement may leave the bounds of the scale by this share
+AT_LIMIT = 1e-4  # a scale this close to a widened bound, as a share, was stopped there
 WEAK_CONTRAST = 0.6  # a map whose walls pile up less than this in any direction may have none that dominates
 ALL_ROUND_STEP_DEG = 5  # between the frames that are tried then
 _Answer = tuple[Fit, Agreement, Evidence]
@@ -59,9 +61,9 @@ class Robust:
         If a parameter is below 1.
     """
 
-    rectangles: int = 200
+    rectangles: int = 120
     screened: int = 1000
-    refined: int = 120
+    refined: int = 60
     candidates: int = 5
 
     @property
@@ -78,7 +80,7 @@ class Robust:
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
         """Place B on A; `scale` bounds the pixel scale (cells of A per cell of B)."""
-        maps = _Map.of(a), _Map.of(b)
+        maps = self._read(a), self._read(b)
         quality = {name: measure_quality(grid).as_dict() for name, grid in (("a", a), ("b", b))}
         for name, map_ in zip("AB", maps, strict=True):
             if map_.features is None:
@@ -88,7 +90,7 @@ class Robust:
         swapped = maps[1].rank > maps[0].rank
         fixed, moving = maps[::-1] if swapped else maps
         bounds = (1 / scale[1], 1 / scale[0]) if swapped else scale
-        search, ranking = self._search(fixed.walled, moving.walled, bounds, rng)
+        search, ranking = self._search(fixed, moving, bounds, rng)
         if len(ranking.placements) == 0:
             reason = "no rectangle of free space in one map fits one in the other at a scale within bounds"
             return Alignment(verdict="rejected", reason=reason, method=self.name, quality=quality)
@@ -112,11 +114,14 @@ class Robust:
             quality=quality,
         )
 
+    def _read(self, grid: OccupancyGrid) -> _Map:
+        return _Map.of(grid, MapCells.of(trinary(grid)), self.rectangles)
+
     def _search(
-        self, a: Features, b: Features, scale: tuple[float, float], rng: np.random.Generator
+        self, fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator
     ) -> tuple[Search, Ranking]:
         """Search in the orthogonal frames; where no direction dominates and nothing convinces, in frames all round."""
-        angles_a, angles_b = dominant_angles(a), dominant_angles(b)
+        a, b = fixed.walled, moving.walled
         search = Search(
             a=a,
             b=b,
@@ -126,15 +131,12 @@ class Robust:
             screened=self.screened,
             refined=self.refined,
         )
-        frames_a = [self._frame(a, angle) for angle, _ in angles_a]
-        ranking = search.run(frames_a, [self._frame(b, angle) for angle, _ in angles_b])
-        if min(angles_a[0][1], angles_b[0][1]) >= WEAK_CONTRAST or _convinces(search, ranking):
+        ranking = search.run(fixed.frames, moving.frames)
+        if min(fixed.contrast, moving.contrast) >= WEAK_CONTRAST or _convinces(search, ranking):
             return search, ranking
-        all_round = [self._frame(b, np.radians(d)) for d in range(0, QUARTER_TURN_DEG, ALL_ROUND_STEP_DEG)]
-        return search, search.run(frames_a[:1], all_round)
-
-    def _frame(self, features: Features, angle: float) -> Frame:
-        return rectangles_in_frame(features, angle, most=self.rectangles)
+        angles = np.radians(np.arange(0, QUARTER_TURN_DEG, ALL_ROUND_STEP_DEG))
+        all_round = [rectangles_in_frame(b, float(angle), most=self.rectangles) for angle in angles]
+        return search, search.run(fixed.frames[:1], all_round)
 
     def _exact(
         self, search: Search, ranking: Ranking, fixed: _Map, moving: _Map, scale: tuple[float, float]
@@ -153,6 +155,7 @@ class Robust:
                 overlap=agreement.overlap,
                 conflict=agreement.conflict,
                 slack_cells=fit.slack_cells,
+                is_at_limit=_is_at_limit(fit, _widened(scale)),
             )
             answers.append((fit, agreement, evidence))
         return answers
@@ -166,9 +169,8 @@ class Robust:
         rng: np.random.Generator,
     ) -> tuple[list[_Answer], bool]:
         """Weigh the answers against the mirror image's best placement; tell whether that one fits, and better."""
-        flipped = extract_features(np.ascontiguousarray(moving.cells[:, ::-1]))
-        assert flipped is not None  # the map itself has walls
-        search, ranking = self._search(fixed.walled, flipped, scale, rng)
+        flipped = _Map.of(moving.grid, moving.cells.mirrored(), self.rectangles)
+        search, ranking = self._search(fixed, flipped, scale, rng)
         likelihood = float(ranking.likelihoods[0]) if len(ranking.likelihoods) else 0.0
         weighed = [
             (fit, agreement, dataclasses.replace(evidence, decoy=likelihood_ratio(likelihood, evidence.likelihood)))
@@ -179,16 +181,22 @@ class Robust:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Map:
-    """A map with what was read off it."""
+    """A map with what was read off it; `contrast` is how much its walls pile up along its first frame."""
 
     grid: OccupancyGrid
-    cells: NDArray[np.int8]
+    cells: MapCells
     features: Features | None
+    frames: Sequence[Frame] = ()
+    contrast: float = 0.0
 
     @classmethod
-    def of(cls, grid: OccupancyGrid) -> _Map:
-        cells = trinary(grid)
-        return cls(grid, cells, extract_features(cells))
+    def of(cls, grid: OccupancyGrid, cells: MapCells, rectangles: int) -> _Map:
+        features = extract_features(cells)
+        if features is None:
+            return cls(grid, cells, None)
+        angles = dominant_angles(features)
+        frames = [rectangles_in_frame(features, angle, most=rectangles) for angle, _ in angles]
+        return cls(grid, cells, features, frames, angles[0][1])
 
     @property
     def walled(self) -> Features:
@@ -198,11 +206,16 @@ class _Map:
     @property
     def rank(self) -> tuple[float, ...]:
         """An order of maps that does not depend on which of two is called A."""
-        return len(self.walled.walls), self.cells.size, float(self.walled.walls.sum())
+        return len(self.walled.walls), self.grid.occupancy.size, float(self.walled.walls.sum())
 
 
 def _convinces(search: Search, ranking: Ranking) -> bool:
     return len(ranking.placements) > 0 and judge(search.evidence(ranking))[0] == "accepted"
+
+
+def _is_at_limit(fit: Fit, bounds: tuple[float, float]) -> bool:
+    scale = math.hypot(fit.placement[0], fit.placement[1])
+    return not bounds[0] * (1 + AT_LIMIT) < scale < bounds[1] * (1 - AT_LIMIT)
 
 
 def _widened(bounds: tuple[float, float]) -> tuple[float, float]:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.fitting import find_surface, fit_to_fields, fit_to_surfaces
+from rectmerge._kernels.fitting import fit_to_fields, fit_to_surfaces
 from rectmerge._kernels.placements import invert
 from rectmerge.grid import OccupancyGrid
+from rectmerge.robust.cells import MapCells
 from rectmerge.robust.features import Features
 
 BROAD = (16.0, 12.0, 8.0, 8.0)  # working cells
@@ -18,8 +19,10 @@ FINE = (6.0, 6.0, 4.0, 4.0, 3.0, 3.0)
 ONTO_RIGID = (2.0, 2.0, 2.0)
 ONTO_BENT = (10.0, 10.0, 10.0)
 REACH_CELLS = (6.0, 4.0, 3.0, 2.5, 2.5)  # full resolution
+STRIDES = (4, 4, 2, 1, 1)  # of the surface points used at each reach
 SURFACE_POINTS = 2000  # of each map, for the best placement
 RIVAL_POINTS = 300  # for the others
+LOOKED_AT = 8  # times as many surface cells are looked at to find those points inside the other map
 LEAST_MATCHED = 0.5  # share of the surface in the overlap that must find its partner within 2.5 cells
 UNSURE = np.array([1.0, 1.0, 1e4, 1e4])  # standard deviations where the walls say nothing: radians, log scale, cells
 BLOCK_CELLS = 20.0  # neighbouring wall cells err together: about this many count as one
@@ -76,19 +79,21 @@ class Surface:
     index: NDArray[np.int32]
 
     @classmethod
-    def of(cls, trinary: NDArray[np.int8]) -> Surface:
-        """Find the surface of a map given as -1 unknown, 0 free, 100 occupied."""
-        cells = find_surface(trinary)
-        index = np.full(trinary.shape, -1, np.int32)
-        index[cells[:, 1].astype(np.intp), cells[:, 0].astype(np.intp)] = np.arange(len(cells))
-        return cls(cells, index)
+    def of(cls, cells: MapCells) -> Surface:
+        """Take a map's walls where they face free space."""
+        faces = cells.normals.any(axis=1)
+        rows, cols = cells.rows[faces], cells.cols[faces]
+        index = np.full(cells.values.shape, -1, np.int32)
+        index[rows, cols] = np.arange(len(rows))
+        return cls(np.column_stack([cols, rows, cells.normals[faces]]), index)
 
     def seen_by(self, placement: NDArray[np.float64], shape: tuple[int, int], most: int) -> NDArray[np.float64]:
         """Return evenly spaced surface cells that a placement puts inside a map of a shape."""
         a, b, tx, ty = placement
-        u, v = self.cells[:, 0], self.cells[:, 1]
+        cells = self.cells[:: -(-len(self.cells) // (LOOKED_AT * most)) or 1]
+        u, v = cells[:, 0], cells[:, 1]
         x, y = a * u - b * v + tx, b * u + a * v + ty
-        inside = self.cells[(x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])]
+        inside = cells[(x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])]
         spaced: NDArray[np.float64] = inside[:: -(-len(inside) // most) or 1]
         return spaced
 
@@ -150,7 +155,7 @@ def fit_surfaces(
     start = tuple(placement.tolist())
     fitted, normal, square, matched, inside = fit_to_surfaces(
         start, points_b, a.index, a.cells, points_a, b.index, b.cells, np.array(REACH_CELLS), scale_bounds,
-        LEAST_MATCHED / 2,
+        np.array(STRIDES), LEAST_MATCHED / 2,
     )  # fmt: skip
     share = matched / max(1, inside)
     exact = np.array(fitted) if share >= LEAST_MATCHED else placement

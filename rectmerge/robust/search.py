@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.placements import distinct, invert
-from rectmerge.overlap import area_overlap
+from rectmerge._kernels.placements import add_scores, distinct, invert
+from rectmerge.overlap import area_overlap, cells_of
 from rectmerge.robust.features import Features, Frame
 from rectmerge.robust.hypotheses import propose
 from rectmerge.robust.likelihood import BENDING_NOISE, JUDGED_NOISES, SEARCH_NOISE, Judge, WallNoise
@@ -22,7 +22,9 @@ SEARCH_POINTS, FINAL_POINTS = 300, 800  # wall points of each map in the two ref
 SAME_CELLS = 4.0  # hypotheses closer than this, in working cells, are one
 SAME_FIT_CELLS = 3.0  # so are refined ones
 SAME_RADIUS = 0.25  # answers closer than this share of the map's radius say the same
-FITS = 20  # refined placements that are judged in full
+FITS = 15  # refined placements that are judged in full
+BENT_FITS = 8  # of these, judged as bent maps too
+SAMPLED_FLOOR = 2000  # free cells that stand for all where overlaps are compared
 KEPT = 20
 DAMPING_RIGID, DAMPING_LOOSE = 0.25, 0.5  # powers of the overlap by which likelihoods are damped
 BESIDE_CELLS = 3.0
@@ -128,9 +130,12 @@ class Search:
         scores = np.array([[judge.score(form) for judge in judges] for form in forms])  # (3, K, N)
         form, each = scores.max(axis=1).argmax(axis=0), np.arange(len(fits))
         placements, scores = forms[form, each], scores[form, :, each].T  # (N, 4), (K, N)
-        loose = np.maximum(scores[1:].max(axis=0), self._judge(BENDING_NOISE).score_bent(placements))
-        overlaps = np.array([free_overlap(placement, self.a, self.b)[0] for placement in placements])
-        likelihoods = np.maximum(scores[0] * overlaps**DAMPING_RIGID, loose * overlaps**DAMPING_LOOSE)
+        overlaps = sampled_overlaps(placements, self.a, self.b)
+        rigid, loose = scores[0] * overlaps**DAMPING_RIGID, scores[1:].max(axis=0) * overlaps**DAMPING_LOOSE
+        likelihoods = np.maximum(rigid, loose)
+        best = np.argsort(-likelihoods, kind="stable")[:BENT_FITS]
+        bent = self._judge(BENDING_NOISE).score_bent(placements[best]) * overlaps[best] ** DAMPING_LOOSE
+        likelihoods[best] = np.maximum(likelihoods[best], bent)
         order = np.argsort(-likelihoods, kind="stable")
         order = order[distinct(placements[order], self.b.landmarks, SAME_FIT_CELLS, KEPT)]
         return Ranking(placements[order], likelihoods[order])
@@ -147,6 +152,16 @@ def free_overlap(placement: NDArray[np.float64], a: Features, b: Features) -> tu
     """Share of the smaller free space, and of the union, that both maps see free under a placement."""
     matrix = np.array([[placement[0], -placement[1], placement[2]], [placement[1], placement[0], placement[3]]])
     return area_overlap(a.free.view(np.uint8), b.free.view(np.uint8), matrix)
+
+
+def sampled_overlaps(placements: NDArray[np.float64], a: Features, b: Features) -> NDArray[np.float64]:
+    """Estimate the overlap of the free spaces under each placement, shape (N,), from evenly spaced free cells of B."""
+    floor = np.ascontiguousarray(cells_of(b.free, SAMPLED_FLOOR)[:, ::-1].T, np.float32)
+    hits = np.zeros(len(placements), np.int64)
+    add_scores(placements, floor, a.free.astype(np.int32), hits)
+    area_a, area_b = np.count_nonzero(a.free), np.count_nonzero(b.free) * (placements[:, :2] ** 2).sum(axis=1)
+    overlaps: NDArray[np.float64] = hits / max(1, floor.shape[1]) * area_b / np.minimum(area_a, area_b)
+    return np.minimum(1.0, overlaps)
 
 
 def _walls_in(other: Features, points: NDArray[np.float64], deep: float) -> tuple[int, int]:

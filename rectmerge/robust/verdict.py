@@ -45,6 +45,8 @@ class Evidence:
         As in `rectmerge.overlap.Agreement`.
     slack_cells
         Standard deviation of the placement in its least certain direction, in cells of the map that stays.
+    is_at_limit
+        Whether the scale ended at the limit of what was allowed: the maps would fit better beyond it.
     """
 
     likelihood: float
@@ -57,6 +59,7 @@ class Evidence:
     conflict: float = 0.0
     slack_cells: float = 0.0
     decoy: float = 0.0
+    is_at_limit: bool = False
 
     @property
     def probability(self) -> float:
@@ -85,7 +88,7 @@ class Evidence:
             + CONTRADICTION * contradiction
         )
         z = min(z, LEAD * (EQUAL_RIVAL - rival))
-        z = min(z, 0.0) if self.is_slack else z
+        z = min(z, 0.0) if self.is_slack or self.is_at_limit else z
         return 1 / (1 + math.exp(-max(-30.0, min(30.0, z))))
 
 
@@ -99,6 +102,10 @@ def judge(evidence: Evidence) -> tuple[Verdict, str]:
     """Give the verdict on the best placement and its reason."""
     if evidence.probability >= ACCEPT_AT:
         return "accepted", f"the walls of both maps agree over {evidence.overlap:.0%} of the smaller free area"
+    if replace(evidence, is_at_limit=False).probability >= ACCEPT_AT:
+        return "rejected", (
+            "the maps fit best at a scale beyond the bounds of the search: widen --scale, or check the resolutions"
+        )
     if replace(evidence, slack_cells=0.0).probability >= ACCEPT_AT:
         return "rejected", (
             f"the walls in common do not hold the placement: it can slide by {evidence.slack_cells:.0f} cells; map a "

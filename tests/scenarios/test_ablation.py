@@ -1,11 +1,9 @@
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from rectmerge._kernels.shrinking import known_bounds, shrink
+from rectmerge._kernels.shrinking import SPECK, SURFACE, describe_walls
 from rectmerge.robust import hypotheses
-from scenarios.ablation import ABLATIONS, Ablation, ablated_rows, shrink_with_specks
+from scenarios.ablation import ABLATIONS, Ablation, ablated_rows, no_specks
 from tests.scenarios.made import pair
 
 
@@ -49,28 +47,13 @@ def test_every_ablated_method_answers_without_failing():
         assert row["verdict"] in ("accepted", "ambiguous", "rejected"), row["reason"]
 
 
-@given(st.integers(0, 999), st.sampled_from([1.0, 1.3, 2.0, 3.7]))
-def test_shrinking_with_specks_is_the_kernel_where_there_are_none(seed, factor):
-    rng = np.random.default_rng(seed)
-    cells = np.full((40, 50), -1, np.int8)
-    cells[5:33, 4:47] = 0
-    for _ in range(6):
-        cells[rng.integers(5, 33), 4:47] = 100  # walls from end to end, which touch the unknown
-    cells[rng.integers(0, 40, 30), rng.integers(0, 50, 30)] = -1
+def test_without_the_removal_of_specks_a_lone_cell_is_a_wall():
+    values = np.zeros((9, 9), np.int8)
+    values[0] = 100
+    values[5, 6] = 100
+    occupied = np.flatnonzero(values > 0)
 
-    ours, theirs = (way(cells, known_bounds(cells), factor) for way in (shrink_with_specks, shrink))
+    kept, dropped = (dict(zip(occupied, way(values, occupied)[0], strict=True)) for way in (no_specks, describe_walls))
 
-    for mine, kernel in zip(ours[:5], theirs[:5], strict=True):
-        np.testing.assert_array_equal(mine, kernel)
-    assert theirs[5] == 0
-
-
-def test_shrinking_with_specks_keeps_a_lone_cell_that_the_kernel_drops():
-    cells = np.zeros((9, 9), np.int8)
-    cells[0] = 100
-    cells[5, 6] = 100
-
-    kept, dropped = (way(cells, known_bounds(cells), 1.0) for way in (shrink_with_specks, shrink))
-
-    assert (kept[1][5, 6], dropped[1][5, 6]) == (1, 0)
-    assert (kept[2][5, 6], kept[3][5, 6], kept[4][5, 6]) == (1, 6.0, 5.0)
+    assert (kept[5 * 9 + 6], dropped[5 * 9 + 6]) == (SURFACE, SPECK)
+    assert {kept[c] for c in range(9)} == {dropped[c] for c in range(9)} == {SURFACE}

@@ -283,3 +283,14 @@ def test_a_turned_map_gives_the_turned_answer():
 def unturned(grid: OccupancyGrid) -> Similarity:
     """The pixels of a map on the map that `np.rot90` makes of it: (u, v) goes to (v, W - 1 - u)."""
     return Similarity(1.0, -math.pi / 2, 0.0, grid.shape[1] - 1.0)
+
+
+def test_maps_that_fit_beyond_the_bounds_of_the_scale_are_not_accepted_at_the_bound():
+    rooms = plans.office(0)
+    a, b = plans.see(rooms, scale=2.16), plans.see(rooms, degrees=30)
+
+    found = align(a.grid, b.grid, scale=(0.5, 2.0))
+
+    assert found.verdict == "rejected"
+    assert "--scale" in found.reason
+    assert align(a.grid, b.grid, scale=(0.4, 2.0))

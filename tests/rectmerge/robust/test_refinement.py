@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rectmerge._kernels.fitting import find_surface, moved, nearest_facing, slopes, solve, stepped
+from rectmerge._kernels.fitting import inverse, nearest_facing, slopes, solve, stepped
 from rectmerge._kernels.placements import invert
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
+from rectmerge.robust.cells import MapCells
 from rectmerge.robust.features import extract_features
 from rectmerge.robust.refinement import (
     BROAD,
@@ -63,13 +64,14 @@ def test_elimination_solves_what_numpy_solves(rows, right):
 
 
 @given(SCALES, TURNS, NUMBERS, NUMBERS, NUMBERS, NUMBERS)
-def test_moving_back_undoes_moving(scale, turn, tx, ty, x, y):
-    placement = tuple(as_placement(Similarity(scale, turn, tx, ty)).tolist())
+def test_an_inverse_takes_points_back(scale, turn, tx, ty, x, y):
+    placement = as_placement(Similarity(scale, turn, tx, ty))
+    back = np.array(inverse(tuple(placement.tolist())))
 
-    there = moved(placement, x, y, False)
+    there = naive.move(placement, np.array([[x, y]]))
 
-    assert moved(placement, *there, True) == pytest.approx((x, y), abs=1e-9)
-    assert there == pytest.approx(naive.move(np.array(placement), np.array([[x, y]]))[0], abs=1e-9)
+    assert naive.move(back, there)[0] == pytest.approx((x, y), abs=1e-9)
+    assert back == pytest.approx(invert(placement[None])[0])
 
 
 @pytest.mark.parametrize("backward", [False, True])
@@ -78,13 +80,15 @@ def test_slopes_are_the_numerical_derivatives(backward, scale, turn, tx, ty, x, 
     placement = as_placement(Similarity(scale, turn, tx, ty))
     gx, gy = math.cos(facing), math.sin(facing)
 
-    def residual(step: np.ndarray) -> float:
-        u, v = moved(stepped(tuple(placement.tolist()), -step, 1.0, (1e-9, 1e9)), x, y, backward)
-        return gx * u + gy * v
+    def way(step: np.ndarray) -> tuple[float, float, float, float]:
+        there = stepped(tuple(placement.tolist()), -step, 1.0, (1e-9, 1e9))
+        return inverse(there) if backward else there
 
-    u, v = moved(tuple(placement.tolist()), x, y, backward)
-    at = (u, v) if backward else (u - tx, v - ty)
-    found = slopes(tuple(placement.tolist()), *at, gx, gy, backward)
+    def residual(step: np.ndarray) -> float:
+        return float(naive.move(np.array(way(step)), np.array([[x, y]]))[0] @ [gx, gy])
+
+    here = way(np.zeros(4))
+    found = slopes(here, *naive.move(np.array(here), np.array([[x, y]]))[0], gx, gy, backward)
 
     steps = 1e-5 * np.eye(4)
     wanted = [(residual(step) - residual(-step)) / 2e-5 for step in steps]
@@ -105,7 +109,7 @@ def test_the_surface_is_where_walls_face_free_space():
     cells[2:10, 2:10] = 0
     cells[2:10, 10:13] = 100  # three cells thick, the unknown behind
 
-    surface = find_surface(cells)
+    surface = Surface.of(MapCells.of(cells)).cells
 
     assert set(surface[:, 0]) == {10.0}
     assert sorted(surface[:, 1]) == list(range(2, 10))
@@ -116,13 +120,13 @@ def test_a_wall_free_on_both_sides_faces_nowhere_but_at_its_ends():
     cells = np.zeros((9, 9), np.int8)
     cells[:, 4] = 100
 
-    assert set(find_surface(cells)[:, 1]) == {0.0, 1.0, 7.0, 8.0}
+    assert set(Surface.of(MapCells.of(cells)).cells[:, 1]) == {0.0, 1.0, 7.0, 8.0}
 
 
 @settings(max_examples=25)
 @given(st.floats(0, 95), st.floats(0, 95), TURNS, st.floats(0.6, 8))
 def test_the_nearest_facing_surface_is_that_of_a_slow_loop(x, y, facing, reach):
-    surface = Surface.of(plans.see(plans.office(0), scale=3.0).grid.occupancy)
+    surface = Surface.of(MapCells.of(plans.see(plans.office(0), scale=3.0).grid.occupancy))
     normal = math.cos(facing), math.sin(facing)
 
     found = nearest_facing(surface.index, surface.cells, x, y, *normal, reach)
@@ -136,7 +140,7 @@ def test_the_nearest_facing_surface_is_that_of_a_slow_loop(x, y, facing, reach):
 @pytest.mark.parametrize("off", [(0.05, 0.04, (6, -5)), (-0.06, -0.03, (-7, 4)), (0.0, 0.06, (3, 8))])
 def test_fields_pull_a_placement_to_the_truth(noise, off):
     a, b = views(noise)
-    one, two = (extract_features(view.grid.occupancy) for view in (a, b))
+    one, two = (extract_features(MapCells.of(view.grid.occupancy)) for view in (a, b))
     assert one is not None
     assert two is not None
     rng = np.random.default_rng(0)
@@ -152,7 +156,7 @@ def test_fields_pull_a_placement_to_the_truth(noise, off):
 
 def test_pixels_and_working_grids_tell_the_same_placement():
     a, b = plans.see(plans.office(0), scale=0.4, degrees=9), plans.see(plans.office(0), scale=0.3, degrees=200)
-    one, two = (extract_features(view.grid.occupancy) for view in (a, b))
+    one, two = (extract_features(MapCells.of(view.grid.occupancy)) for view in (a, b))
     assert one is not None
     assert two is not None
     true = plans.truth(a, b)
@@ -202,7 +206,7 @@ def test_points_are_spread_over_what_the_other_map_covers(points):
     a, b = views()
     true = plans.truth(a, b)
 
-    seen = Surface.of(b.grid.occupancy).seen_by(as_placement(true), a.grid.shape, points)
+    seen = Surface.of(MapCells.of(b.grid.occupancy)).seen_by(as_placement(true), a.grid.shape, points)
 
     at = true.apply(seen[:, :2])
     assert points / 2 < len(seen) <= points
@@ -288,7 +292,7 @@ def test_the_covariance_of_noisy_pairs_is_of_the_size_of_their_errors():
 
 
 def fitted(start: np.ndarray, a: plans.View, b: plans.View, bounds: tuple[float, float] = (0.5, 2.0)) -> Fit:
-    surfaces = Surface.of(a.grid.occupancy), Surface.of(b.grid.occupancy)
+    surfaces = Surface.of(MapCells.of(a.grid.occupancy)), Surface.of(MapCells.of(b.grid.occupancy))
     return fit_surfaces(start, *surfaces, bounds, points=SURFACE_POINTS)
 
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from rectmerge.overlap import measure_agreement
+from rectmerge.robust.cells import MapCells
 from rectmerge.robust.features import dominant_angles, extract_features, rectangles_in_frame
 from rectmerge.robust.refinement import to_pixels
-from rectmerge.robust.search import KEPT, SAME_FIT_CELLS, Ranking, Search, free_overlap
+from rectmerge.robust.search import KEPT, SAME_FIT_CELLS, Ranking, Search, free_overlap, sampled_overlaps
 from rectmerge.similarity import Similarity
 from tests import naive
 from tests.rectmerge.robust import plans
@@ -15,7 +16,7 @@ from tests.rectmerge.robust.plans import as_similarity
 
 def searched(a, b, *, bounds=(0.3, 3.0), seed=0):
     """Search with the default numbers; return the search, its ranking, and both maps' features."""
-    one, two = (extract_features(view.grid.occupancy) for view in (a, b))
+    one, two = (extract_features(MapCells.of(view.grid.occupancy)) for view in (a, b))
     assert one is not None
     assert two is not None
     rng = np.random.default_rng(seed)
@@ -110,3 +111,13 @@ def test_the_overlap_of_the_working_grids_is_that_of_the_maps():
     wanted = measure_agreement(a.grid, b.grid, plans.truth(a, b))
 
     assert (overlap, iou) == pytest.approx((wanted.overlap, wanted.iou), abs=0.03)
+
+
+def test_sampled_overlaps_are_nearly_those_of_all_cells():
+    a, b = pair(noise=1, cut=0.7)
+    search, ranking = searched(a, b)
+
+    found = sampled_overlaps(ranking.placements, search.a, search.b)
+
+    wanted = [free_overlap(placement, search.a, search.b)[0] for placement in ranking.placements]
+    np.testing.assert_allclose(found, wanted, atol=0.03)

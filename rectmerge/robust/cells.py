@@ -1,0 +1,69 @@
+"""The cells of one map as the method reads them: three values, and its walls cell by cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge._kernels.shrinking import describe_walls
+from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapCells:
+    """A map's cells, and what the neighbours of its occupied cells tell of them; W of those.
+
+    Parameters
+    ----------
+    values
+        -1 unknown, 0 free, 100 occupied, shape (H, W).
+    rows, cols
+        Shape (W,): where the occupied cells are.
+    kinds
+        Shape (W,), int8: inside a wall, on its surface, or a speck, as `rectmerge._kernels.shrinking` numbers them.
+    normals
+        Shape (W, 2), float32: (nx, ny) into the free space beside a surface cell; (0, 0) where there is none.
+    """
+
+    values: NDArray[np.int8]
+    rows: NDArray[np.intp]
+    cols: NDArray[np.intp]
+    kinds: NDArray[np.int8]
+    normals: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, values: NDArray[np.int8]) -> MapCells:
+        """Find the walls of a map given as -1 unknown, 0 free, 100 occupied."""
+        occupied = np.flatnonzero(values > 0)
+        kinds, normals = describe_walls(np.ascontiguousarray(values), occupied)
+        rows, cols = np.divmod(occupied, values.shape[1])
+        return cls(values, rows, cols, kinds, normals)
+
+    def mirrored(self) -> MapCells:
+        """Return the cells of the mirror image, left and right exchanged."""
+        return replace(
+            self,
+            values=np.ascontiguousarray(self.values[:, ::-1]),
+            cols=self.values.shape[1] - 1 - self.cols,
+            normals=self.normals * np.array([-1, 1], np.float32),
+        )
+
+    def free_counts(self, row_ends: NDArray[np.intp], col_ends: NDArray[np.intp]) -> NDArray[np.int32]:
+        """Count the free cells between successive ends (h + 1,) of rows and (w + 1,) of columns, shape (h, w)."""
+        total = cv2.integral((self.values == FREE).view(np.uint8))
+        at_ends = np.asarray(total, np.int32)[row_ends][:, col_ends]
+        counts: NDArray[np.int32] = np.diff(np.diff(at_ends, axis=0), axis=1)
+        return counts
+
+
+def trinary(grid: OccupancyGrid) -> NDArray[np.int8]:
+    """Read a grid as -1 unknown, 0 free, 100 occupied, shape (H, W)."""
+    if ((grid.occupancy == FREE) | (grid.occupancy == OCCUPIED) | (grid.occupancy == UNKNOWN)).all():
+        return grid.occupancy
+    cells = np.full(grid.shape, UNKNOWN, np.int8)
+    cells[grid.free] = FREE
+    cells[grid.occupied] = OCCUPIED
+    return cells
