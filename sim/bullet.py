@@ -22,6 +22,7 @@ WHEEL_RADIUS_M, TRACK_M = 0.05, 0.28  # as in robot.urdf
 WHEEL_TORQUE_NM = 2.0
 RAY_BIT, ROBOT_BIT, WORLD_BIT, FLOOR_BIT = 1, 64, 128, 256  # collision groups; rays are in PyBullet's first
 MOST_RAYS = 3999  # a larger batch comes back empty without a word
+MOST_SHOWN_TRIANGLES = 40_000  # a visual shape takes 131,072 vertices
 SOLVER_ITERATIONS = 10
 CAMERA_FOV_DEG, CUT_M = 30.0, 1.3  # pictures show walls and furniture cut at this height
 URDF = Path(__file__).parent / "robot.urdf"
@@ -194,9 +195,11 @@ class Physics:
 
     def _show(self, prisms: Iterable[Prism], colour: list[float], drop: float = 0.0) -> None:
         vertices, triangles = mesh(prisms)
-        if not len(vertices):
-            return
-        corners = vertices[triangles]  # (M, 3, 3)
+        for first in range(0, len(triangles), MOST_SHOWN_TRIANGLES):
+            self._show_mesh(vertices[triangles[first : first + MOST_SHOWN_TRIANGLES]], colour, drop)
+
+    def _show_mesh(self, corners: NDArray[np.float64], colour: list[float], drop: float) -> None:
+        """Show triangles, shape (M, 3, 3), each with its own corners, so that edges stay sharp."""
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         shape = self._bullet.createVisualShape(
