@@ -80,7 +80,9 @@ def _boxes(plan: Any) -> list[tuple[str, Points]]:
     found: dict[tuple[float, ...], str] = {}
     for category, listed in categories.items():
         complaint = f"room_category.{category} must be a list of boxes [x0, y0, x1, y1]"
-        boxes = _numbers(listed, complaint).reshape(-1, 4) if listed else np.empty((0, 4))
+        boxes = _numbers(listed, complaint) if listed else np.empty((0, 4))
+        if boxes.ndim != 2 or boxes.shape[1] != 4:
+            raise InputError(f"{complaint}, got shape {boxes.shape}")
         for corners in boxes.tolist():
             found.setdefault(tuple(corners), category.replace("_", " ").lower())
     return [(category, np.array(corners)) for corners, category in found.items()]
@@ -112,7 +114,7 @@ def _triangles(shape: BaseGeometry) -> Iterator[Points]:
 
 def _polygons(shape: BaseGeometry) -> list[Polygon]:
     parts = shapely.get_parts(shapely.get_parts(shape))  # a collection may hold what has parts of its own
-    return [part for part in parts if isinstance(part, Polygon)]
+    return [part for part in parts if isinstance(part, Polygon) and part.area > LEAST_AREA_M2]
 
 
 def _outline(polygon: Polygon) -> Points:

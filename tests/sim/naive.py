@@ -75,3 +75,23 @@ def cost_to_goal(price: NDArray[np.float64], row: int, col: int) -> NDArray[np.f
                 cost[s, d] = min(cost[s, d], cost[r, c] + 0.5 * (price[r, c] + price[s, d]) * math.hypot(r - s, c - d))
         if np.array_equal(cost, before):
             return cost
+
+
+def walled_off(occupancy: NDArray[np.int8], narrowest_cells: int) -> NDArray[np.int8]:
+    """What a world made from a grid shows: floor as wide as asked for, walls wherever it would end otherwise."""
+    cells = np.pad(occupancy, 1, constant_values=-1)
+    every = list(np.ndindex(cells.shape))
+    free, occupied = ({cell for cell in every if cells[cell] == value} for value in (0, 100))
+    floor = {cell for cell in free if _is_wide(cell, free | occupied, narrowest_cells)}
+    ends = {(r + i, c + j) for r, c in floor for i in (-1, 0, 1) for j in (-1, 0, 1)} - floor
+    shown = np.full(cells.shape, -1, np.int8)
+    for cell in every:
+        shown[cell] = 0 if cell in floor else 100 if cell in occupied | ends else -1
+    rows, cols = (np.flatnonzero((shown == 100).any(axis=axis)) for axis in (1, 0))
+    return shown[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
+
+
+def _is_wide(cell: tuple[int, int], known: set[tuple[int, int]], side: int) -> bool:
+    """Whether a square of known cells, `side` cells wide, holds the cell."""
+    squares = itertools.product(*(range(at - side + 1, at + 1) for at in cell))
+    return any(all((r + i, c + j) in known for i in range(side) for j in range(side)) for r, c in squares)
