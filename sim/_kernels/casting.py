@@ -47,7 +47,7 @@ def _span(start: float, extent: float, count: int) -> tuple[int, int]:
 def _crosses(edge: NDArray[np.float64], row: int, col: int) -> bool:
     """Tell whether the line through an edge meets a bucket: its distance from the centre against the bucket's half."""
     away = edge[2] * (row + 0.5 - edge[1]) - edge[3] * (col + 0.5 - edge[0])
-    return abs(away) <= (0.5 + SLACK) * (abs(edge[2]) + abs(edge[3]))
+    return bool(abs(away) <= (0.5 + SLACK) * (abs(edge[2]) + abs(edge[3])))
 
 
 @kernel
