@@ -7,14 +7,14 @@ import pytest
 from rectmerge.errors import InputError, SimulationError
 from sim import bullet
 from sim.bullet import MOST_RAYS, mesh, physics
-from sim.floorplans import WorldSpec, make_world
+from sim.floorplans import Office, make_world
 from tests.sim import naive
 from tests.sim.made import box_world
 
 
 @pytest.mark.sim
 def test_rays_meet_what_the_plan_says():
-    world = make_world(WorldSpec(oblique=1.0), 3)
+    world = make_world(Office(oblique=1.0), 3)
     angles = np.linspace(-3.1, 3.1, 500)
     with physics(world) as engine:
         for room in world.rooms:
