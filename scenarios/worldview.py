@@ -12,7 +12,7 @@ from rectmerge.imagefile import encode_image, replace_file
 from rectmerge.mapfile import map_files
 from sim.bullet import physics
 from sim.driving import CELL_M, drivable
-from sim.floorplans import WorldSpec, families, make_world
+from sim.floorplans import FAMILIES, make_world
 from sim.importers import import_world
 from sim.world import World
 
@@ -62,12 +62,12 @@ def find_world(what: str, *, seed: int | None = None, resolution: float | None =
     SimulationError
         If no drivable building was found.
     """
-    if what in families():
+    if what in FAMILIES:
         if resolution is not None:
             raise InputError(f"{what} is a family, which has no pixels: leave out --resolution")
-        return make_world(WorldSpec(), seed or 0)
+        return make_world(FAMILIES[what](), seed or 0)
     if not Path(what).suffix and not Path(what).exists():
-        known = ", ".join(families())
+        known = ", ".join(FAMILIES)
         raise InputError(f"no family {what!r}; there are: {known}, or name a file (.yaml, .json or an image)")
     if seed is not None:
         raise InputError(f"{what} is a file, which is one building: leave out --seed")
@@ -99,7 +99,7 @@ def describe_world(world: World) -> str:
 
 def _files(what: str) -> tuple[Path, ...]:
     """Return the files that a world is read from."""
-    return () if what in families() else map_files(what)
+    return () if what in FAMILIES else map_files(what)
 
 
 def _drivable(world: World) -> str:

@@ -7,7 +7,7 @@ import pytest
 
 from rectmerge.errors import ScenarioError
 from scenarios.scenario import Seeds, load_suite, suite_names
-from sim.floorplans import WorldSpec
+from sim.floorplans import Office
 from sim.lidar import LIDARS, Lidar
 
 GOOD = """
@@ -43,7 +43,7 @@ def test_a_suite_reads_as_written(tmp_path):
     assert (one.world.rooms, one.world.size_m, one.mission.a.lidar.beams) == (6, (14.0, 10.0), 180)
     assert (one.a.turn_deg, one.b.turn_deg, one.b.turn) == ("random", 30, "image")
     assert (one.seeds, one.noise) == (Seeds(first=3, count=2), (0, 1))
-    assert suite.scenarios[1].world == WorldSpec()
+    assert suite.scenarios[1].world == Office()
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.floorplans import WorldSpec, make_world
+from sim.floorplans import Office, make_world
 from sim.lidar import Lidar
 from sim.mission import MissionLog, MissionSpec, RobotLog, RobotSpec
 from sim.world import Prism, Room, World, bar
@@ -27,7 +27,7 @@ def box_world(width: float = 6.0, height: float = 4.0) -> World:
 @functools.cache
 def office_log() -> MissionLog:
     """Two robots that stand in the rooms of a small office, each in its own, with exact rays."""
-    world = make_world(WorldSpec(size_m=(14.0, 10.0), rooms=6, oblique=0.0), 4)
+    world = make_world(Office(size_m=(14.0, 10.0), rooms=6, oblique=0.0), 4)
     lidar = Lidar(beams=720)
     spec = MissionSpec(a=RobotSpec(lidar=lidar), b=RobotSpec(lidar=lidar))
     rooms = sorted(world.rooms, key=lambda room: float(room.spot[0]))
