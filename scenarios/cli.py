@@ -159,15 +159,14 @@ def worlds(
 
     A FILE is a ROS map's .yaml, an image of a map or of a black-and-white floor plan, or a HouseExpo .json.
     """
-    from scenarios.worldview import write_picture
-    from sim.floorplans import families
+    from scenarios.worldview import list_families, write_picture
 
     if what is not None:
         typer.echo(write_picture(what, output, seed=seed, resolution=resolution))
     elif output is not None or seed is not None or resolution is not None:
         raise InputError("name a family or a file to draw; without one the families are listed")
     else:
-        _show_table(["family", "what"], [[name, line] for name, line in families().items()])
+        typer.echo(list_families())
 
 
 def main() -> None:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +16,7 @@ from rectmerge.imagefile import encode_image, replace_file
 from rectmerge.mapfile import map_files
 from sim.bullet import physics
 from sim.driving import CELL_M, drivable
-from sim.floorplans import FAMILIES, make_world
+from sim.floorplans import FAMILIES, WorldSpec, families, make_world
 from sim.importers import import_world
 from sim.world import World
 
@@ -20,6 +24,20 @@ WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 1240, 420, 1640  # of a picture, pixels
 SLANT = 0.96  # of the ground's depth is left in a picture that is taken a little aside
 MARGIN = 0.08  # of the picture's width, above and below the building
 NAMED_ROOMS = 8
+
+
+def list_families() -> str:
+    """Tell what each family is and its knobs with their defaults, as a suite writes them; last those that all have."""
+    shared = _knobs(dataclasses.fields(WorldSpec))
+    lines = []
+    for name, about in families().items():
+        own = {
+            knob: value
+            for knob, value in _knobs(dataclasses.fields(FAMILIES[name])).items()
+            if shared.get(knob) != value
+        }
+        lines += [f"{name}: {about}", f"    {', '.join(own.values())}"]
+    return "\n".join([*lines, "every family, unless it says otherwise:", f"    {', '.join(shared.values())}"])
 
 
 def write_picture(what: str, output: Path | None, *, seed: int | None = None, resolution: float | None = None) -> str:
@@ -86,15 +104,21 @@ def describe_world(world: World) -> str:
     names = ", ".join(room.name for room in world.rooms[:NAMED_ROOMS])
     more = ", ..." if len(world.rooms) > NAMED_ROOMS else ""
     shut = sum(not door.is_open for door in world.doors)
-    return "\n".join(
-        [
-            f"  world        {world.family or 'unnamed'}, seed {world.seed}",
-            f"  size         {world.size[0]:.1f} x {world.size[1]:.1f} m",
-            f"  rooms        {len(world.rooms)}{': ' if names else ''}{names}{more}",
-            f"  doors        {len(world.doors)}" + (f", {shut} of them shut" if shut else ""),
-            f"  drivable     {_drivable(world)}",
-        ]
-    )
+    lines = [
+        f"  world        {world.family or 'unnamed'}, seed {world.seed}",
+        f"  size         {world.size[0]:.1f} x {world.size[1]:.1f} m",
+        f"  rooms        {len(world.rooms)}{': ' if names else ''}{names}{more}",
+        f"  doors        {len(world.doors)}" + (f", {shut} of them shut" if shut else ""),
+        f"  drivable     {_drivable(world)}",
+    ]
+    if any(world.visits):
+        lines.append("  visits       orange stands only while A maps, green only while B does")
+    return "\n".join(lines)
+
+
+def _knobs(fields: Iterable[dataclasses.Field[Any]]) -> dict[str, str]:
+    """Return the fields that a suite can set, each as TOML with its default."""
+    return {field.name: f"{field.name} = {json.dumps(field.default)}" for field in fields if field.init}
 
 
 def _files(what: str) -> tuple[Path, ...]:

@@ -55,7 +55,8 @@ def world_from_grid(
     """
     if not (math.isfinite(narrowest_m) and narrowest_m >= 0):
         raise InputError(f"narrowest_m must be >= 0 metres, got {narrowest_m}")
-    resolution = grid.cell_size
+    if (resolution := grid.resolution) is None:
+        raise InputError("the map has no resolution, so its size in metres is not known")
     tidy = remove_specks(grid, max_speck_cells=max_speck_cells)
     floor, walls = _floor_and_walls(tidy, 1 + 2 * math.floor(narrowest_m / resolution / 2 + 1e-9))
     if not floor.any():
@@ -70,23 +71,24 @@ def world_from_grid(
     outlines = _outlines(boxes, walls.shape[0], resolution)
     ground = _outlines(rmap(floor | walls).boxes, walls.shape[0], resolution)  # walls hide what lies below them
     world = World(size=size, walls=tuple(Prism(o, HEIGHT_M) for o in outlines), floor=tuple(ground), family=name)
-    return replace(world, rooms=rooms_of(world, room_outlines(floor, resolution)))
+    return replace(world, rooms=large_rooms(world, floor, resolution))
 
 
 def require_size(size: tuple[float, float], doubt: str) -> None:
     """Raise InputError unless a world of this size in metres can be simulated; `doubt` says what to check."""
     if not (min(size) >= SHORTEST_SIDE_M and max(size) <= LONGEST_SIDE_M):
         allowed = f"{SHORTEST_SIDE_M:g} to {LONGEST_SIDE_M:g} m"
-        raise InputError(f"the world would be {size[0]:g} x {size[1]:g} m, and {allowed} a side are allowed; {doubt}")
+        raise InputError(f"the world would be {size[0]:.3g} x {size[1]:.3g} m, and {allowed} a side are allowed; {doubt}")
 
 
-def room_outlines(floor: Mask, resolution: float) -> list[tuple[str, NDArray[np.float64]]]:
-    """Choose the rectangles of the floor that can count as rooms, the largest first: names and outlines (4, 2)."""
+def large_rooms(world: World, floor: Mask, resolution: float) -> tuple[Room, ...]:
+    """Make rooms of the large rectangles of a world's floor, shape (H, W) in cells; the largest is room 1."""
     plain = remove_specks(OccupancyGrid(np.where(floor, FREE, OCCUPIED).astype(np.int8))).free
     least = math.ceil(ROOM_AREA_M2 / resolution**2)
     boxes = rmap(plain, max_rectangles=MOST_ROOMS, min_area_cells=least).boxes
     wide = boxes[boxes[:, 2:].min(axis=1) * resolution >= ROOM_SIDE_M]
-    return [(f"room {k + 1}", outline) for k, outline in enumerate(_outlines(wide, floor.shape[0], resolution))]
+    rooms = rooms_of(world, (("room", outline) for outline in _outlines(wide, floor.shape[0], resolution)))
+    return tuple(replace(room, name=f"room {k}") for k, room in enumerate(rooms, start=1))
 
 
 def rooms_of(world: World, outlines: Iterable[tuple[str, NDArray[np.float64]]]) -> tuple[Room, ...]:

@@ -16,12 +16,13 @@ from shapely.geometry.base import BaseGeometry
 
 from rectmerge.errors import InputError
 from rectmerge.rectangles import largest_rectangle
-from sim.importers.grids import HEIGHT_M, require_size, room_outlines, rooms_of
+from sim.importers.grids import HEIGHT_M, large_rooms, require_size, rooms_of
 from sim.world import Prism, Room, World
 
 THINNEST_M, THICKEST_M = 0.05, 1.0
 MITRE_LIMIT = 2.0  # walls that meet at a sharp angle are cut off so far out, in thicknesses
 LEAST_AREA_M2 = 1e-9
+FARTHEST_M = 1e6
 CELL_M = 0.05  # where a room is looked for in a box that is not convex within the outline
 Points = NDArray[np.float64]
 
@@ -99,8 +100,8 @@ def _numbers(values: Any, complaint: str) -> Points:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise InputError(complaint) from None
-    if not (array.size and np.isfinite(array).all()):
-        raise InputError(f"{complaint}, all of them finite numbers")
+    if not (array.size and (np.abs(array) < FARTHEST_M).all()):
+        raise InputError(f"{complaint}, in metres, none beyond {FARTHEST_M:g}")
     return array
 
 
@@ -125,7 +126,7 @@ def _rooms(world: World, floor: BaseGeometry, boxes: list[tuple[str, Points]]) -
     """Make the rooms that the plan names; those of a category that has several are numbered."""
     outlines = [(kind, outline) for kind, corners in boxes if (outline := _room_outline(floor, corners)) is not None]
     if not outlines:
-        return rooms_of(world, room_outlines(world.raster(CELL_M).free, CELL_M))
+        return large_rooms(world, world.raster(CELL_M).free, CELL_M)
     of_kind = Counter(kind for kind, _ in outlines)
     seen: Counter[str] = Counter()
     named = []

@@ -1,3 +1,4 @@
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -5,7 +6,17 @@ import pytest
 from PIL import Image
 
 from rectmerge.errors import RectMergeError
-from scenarios.worldview import LEAST_HEIGHT, MOST_HEIGHT, WIDTH, describe_world, draw_world, find_world, write_picture
+from scenarios.worldview import (
+    LEAST_HEIGHT,
+    MOST_HEIGHT,
+    WIDTH,
+    describe_world,
+    draw_world,
+    find_world,
+    list_families,
+    write_picture,
+)
+from sim.floorplans import FAMILIES, Office
 from sim.world import Door, Prism, World
 from tests.drawing import DATA
 from tests.sim.made import box_world
@@ -19,6 +30,20 @@ def test_a_family_is_made_from_the_seed_and_wins_over_a_file_of_its_name(tmp_pat
 
     assert find_world("office", seed=3).seed == 3
     assert find_world("office").family == "office"
+
+
+def test_families_are_listed_with_their_knobs_as_a_suite_reads_them():
+    listed = list_families().splitlines()
+    office = listed[listed.index(next(line for line in listed if line.startswith("office: "))) + 1]
+
+    assert {line.partition(":")[0] for line in listed if line[0] != " "} >= set(FAMILIES)
+    assert tomllib.loads(office.replace(", ", "\n").strip())["rooms"] == Office().rooms
+    assert 'yaw_deg = "random"' in listed[-1]
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_family_can_be_found_by_its_name(family):
+    assert find_world(family).family == family
 
 
 def test_a_file_becomes_the_world_it_holds():
