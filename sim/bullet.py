@@ -65,10 +65,7 @@ class _Robot(NamedTuple):
 
 
 class Physics:
-    """One building with robots in it; made by `physics`.
-
-    Robots touch floor, walls, furniture, glass, each other, and the things that stand there while they map.
-    """
+    """One building with robots that touch all of it, and each other, but the other visit's things; see `physics`."""
 
     def __init__(self, bullet: Any, client: int, world: World, hz: int) -> None:
         self._bullet, self._client, self._world = bullet, client, world
@@ -101,10 +98,9 @@ class Physics:
 
     def _stand(self, shape: int, group: int) -> None:
         """Add what never moves, without looks: those come when a picture is wanted."""
-        body = self._static(collision=shape)
-        met_by = ROBOT_BITS | RAY_BIT
-        self._bullet.setCollisionFilterGroupMask(body, -1, group, met_by, physicsClientId=self._client)
-        self._bullet.changeVisualShape(body, -1, rgbaColor=[1, 1, 1, 0], physicsClientId=self._client)
+        body, client = self._static(collision=shape), self._client
+        self._bullet.setCollisionFilterGroupMask(body, -1, group, ROBOT_BITS | RAY_BIT, physicsClientId=client)
+        self._bullet.changeVisualShape(body, -1, rgbaColor=[1, 1, 1, 0], physicsClientId=client)
 
     def add_robot(self, pose: NDArray[np.float64], *, visit: int = 0) -> int:
         """Put a robot at a pose; returns its number.
