@@ -78,7 +78,7 @@ def require_size(size: tuple[float, float], doubt: str) -> None:
     """Raise InputError unless a world of this size in metres can be simulated; `doubt` says what to check."""
     if not (min(size) >= SHORTEST_SIDE_M and max(size) <= LONGEST_SIDE_M):
         allowed = f"{SHORTEST_SIDE_M:g} to {LONGEST_SIDE_M:g} m"
-        raise InputError(f"the world would be {size[0]:.3g} x {size[1]:.3g} m, and {allowed} a side are allowed; {doubt}")
+        raise InputError(f"the world would be {size[0]:.3g} x {size[1]:.3g} m; {allowed} a side are allowed; {doubt}")
 
 
 def large_rooms(world: World, floor: Mask, resolution: float) -> tuple[Room, ...]:

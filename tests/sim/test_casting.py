@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rectmerge.errors import InputError
 from sim.bullet import URDF, physics
 from sim.casting import ROBOT_PARTS, Caster
-from sim.floorplans import WorldSpec, make_world
+from sim.floorplans import Office, make_world
 from sim.world import Prism, World, bar
 from tests.sim import naive
 from tests.sim.made import box_world, glass_world
@@ -96,8 +96,8 @@ def test_the_robots_circles_are_the_cylinders_of_its_description():
 
 
 @pytest.mark.sim
-@pytest.mark.parametrize("height", [0.12, 0.25, 0.6])
-@pytest.mark.parametrize("world", [make_world(WorldSpec(oblique=o), 3 + int(o)) for o in (0.0, 1.0)] + [glass_world()])
+@pytest.mark.parametrize("height", [0.12, 0.25, 0.62])
+@pytest.mark.parametrize("world", [make_world(Office(oblique=o), 3 + int(o)) for o in (0.0, 1.0)] + [glass_world()])
 def test_both_casters_agree(world, height):
     poses = np.array([[*room.spot, 0.7 * k] for k, room in enumerate(world.rooms)])
     others = poses + np.array([0.5, 0.2, 1.0])
