@@ -14,6 +14,7 @@ import typer
 
 from rectmerge import console
 from rectmerge.console import Debug, Quiet, Version
+from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
     from scenarios.pairs import PairSource
@@ -146,11 +147,26 @@ def suites(quiet: Quiet = False, debug: Debug = False) -> None:
 
 
 @app.command()
-def worlds(quiet: Quiet = False, debug: Debug = False) -> None:
-    """List the families of buildings that can be simulated."""
-    from sim.floorplans import families
+def worlds(
+    what: Annotated[str | None, typer.Argument(metavar="FAMILY|FILE", help="A family, a map, or a plan.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="PICTURE.png", help="The picture.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Which building of a family; 0 unless given.")] = None,
+    resolution: Annotated[float | None, typer.Option(metavar="M_PER_PIXEL", help="Where a file tells none.")] = None,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """List the families of buildings that can be simulated, or draw a building of one, or what a file holds.
 
-    _show_table(["family", "what"], [[name, line] for name, line in families().items()])
+    A FILE is a ROS map's .yaml, an image of a map or of a black-and-white floor plan, or a HouseExpo .json.
+    """
+    from scenarios.worldview import list_families, write_picture
+
+    if what is not None:
+        typer.echo(write_picture(what, output, seed=seed, resolution=resolution))
+    elif output is not None or seed is not None or resolution is not None:
+        raise InputError("name a family or a file to draw; without one the families are listed")
+    else:
+        typer.echo(list_families())
 
 
 def main() -> None:

@@ -1,4 +1,8 @@
-"""The physics: a PyBullet client with one building, robots that drive by their wheels, laser rays and a camera."""
+"""The physics: a PyBullet client with one building, robots that drive by their wheels, laser rays and a camera.
+
+Who meets whom is said by collision groups: the floor, walls and furniture, glass, what each visit finds, and every
+robot are groups of their own. A robot's rays ask for walls, its own visit's things and other robots, or for glass.
+"""
 
 from __future__ import annotations
 
@@ -8,22 +12,29 @@ import math
 import os
 import sys
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, SimulationError
-from sim.world import SCAN_HEIGHT_M, Prism, World
+from sim.lidar import Reading
+from sim.meshes import cut, facets, mesh
+from sim.world import Prism, World
 
 WHEEL_RADIUS_M, TRACK_M = 0.05, 0.28  # as in robot.urdf
 WHEEL_TORQUE_NM = 2.0
-RAY_BIT, ROBOT_BIT, WORLD_BIT, FLOOR_BIT = 1, 64, 128, 256  # collision groups; rays are in PyBullet's first
+RAY_BIT, FLOOR_BIT, SOLID_BIT, GLASS_BIT = 1, 2, 4, 8  # collision groups; rays are in PyBullet's first
+VISIT_BITS = (16, 32)
+BOTH_ASK = 0  # two bodies touch if both ask for each other; unasked, PyBullet takes either for enough
+FIRST_ROBOT_BIT, MOST_ROBOTS = 64, 16
+ROBOT_BITS = FIRST_ROBOT_BIT * (2**MOST_ROBOTS - 1)
 MOST_RAYS = 3999  # a larger batch comes back empty without a word
+MOST_SHOWN_VERTICES = 3 * 40_000  # a visual shape takes 131,072, and these are three by three
 SOLVER_ITERATIONS = 10
 CAMERA_FOV_DEG, CUT_M = 30.0, 1.3  # pictures show walls and furniture cut at this height
+FURNITURE_RGBA = [0.58, 0.42, 0.28, 1.0], [0.80, 0.52, 0.25, 1.0], [0.40, 0.45, 0.30, 1.0]  # both visits', A's, B's
 URDF = Path(__file__).parent / "robot.urdf"
 
 
@@ -46,48 +57,83 @@ def physics(world: World, *, hz: int = 60) -> Iterator[Physics]:
         bullet.disconnect(physicsClientId=client)
 
 
-class Physics:
-    """One building with robots in it; made by `physics`.
+class _Robot(NamedTuple):
+    """What a robot is to the engine: its wheels' joints, and the groups that its rays ask for."""
 
-    Robots touch walls, furniture and floor, not each other: each maps the building as if alone.
-    """
+    wheels: tuple[int, int]
+    meets: int
+
+
+class Physics:
+    """One building with robots that touch all of it, and each other, but the other visit's things; see `physics`."""
 
     def __init__(self, bullet: Any, client: int, world: World, hz: int) -> None:
         self._bullet, self._client, self._world = bullet, client, world
-        self._wheels: dict[int, tuple[int, int]] = {}
+        self._robots: dict[int, _Robot] = {}
         self._has_colours = False
         bullet.setGravity(0, 0, -9.81, physicsClientId=client)
         bullet.setPhysicsEngineParameter(
             fixedTimeStep=1.0 / hz,
             numSolverIterations=SOLVER_ITERATIONS,
             deterministicOverlappingPairs=1,
+            collisionFilterMode=BOTH_ASK,
             physicsClientId=client,
         )
-        floor = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
-        vertices, triangles = mesh(world.obstacles)
-        building = bullet.createCollisionShape(
-            bullet.GEOM_MESH,
+        self._stand(bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client), FLOOR_BIT)
+        parts = ((world.walls + world.furniture, SOLID_BIT), (world.glass, GLASS_BIT))
+        for prisms, group in (*parts, *zip(world.visits, VISIT_BITS, strict=True)):
+            if prisms:
+                self._stand(self._trimesh(prisms), group)
+
+    def _trimesh(self, prisms: Iterable[Prism]) -> int:
+        vertices, triangles = mesh(prisms)
+        shape: int = self._bullet.createCollisionShape(
+            self._bullet.GEOM_MESH,
             vertices=vertices.tolist(),
             indices=triangles.ravel().tolist(),
-            flags=bullet.GEOM_FORCE_CONCAVE_TRIMESH,
-            physicsClientId=client,
+            flags=self._bullet.GEOM_FORCE_CONCAVE_TRIMESH,
+            physicsClientId=self._client,
         )
-        for body, group in ((self._static(collision=floor), FLOOR_BIT), (self._static(collision=building), WORLD_BIT)):
-            bullet.setCollisionFilterGroupMask(body, -1, group, ROBOT_BIT | RAY_BIT, physicsClientId=client)
-            bullet.changeVisualShape(body, -1, rgbaColor=[1, 1, 1, 0], physicsClientId=client)
+        return shape
 
-    def add_robot(self, pose: NDArray[np.float64]) -> int:
-        """Put a robot at (x, y, yaw); returns its number."""
+    def _stand(self, shape: int, group: int) -> None:
+        """Add what never moves, without looks: those come when a picture is wanted."""
+        body, client = self._static(collision=shape), self._client
+        self._bullet.setCollisionFilterGroupMask(body, -1, group, ROBOT_BITS | RAY_BIT, physicsClientId=client)
+        self._bullet.changeVisualShape(body, -1, rgbaColor=[1, 1, 1, 0], physicsClientId=client)
+
+    def add_robot(self, pose: NDArray[np.float64], *, visit: int = 0) -> int:
+        """Put a robot at a pose; returns its number.
+
+        Parameters
+        ----------
+        pose
+            (x, y, yaw).
+        visit
+            Whose things it finds: 0 for what stands while A maps, 1 for B.
+
+        Raises
+        ------
+        InputError
+            If there is no such visit, or there are 16 robots already.
+        """
+        if visit not in (0, 1) or len(self._robots) == MOST_ROBOTS:
+            raise InputError(f"a robot needs visit 0 or 1 and one of {MOST_ROBOTS} places, got visit {visit}")
         bullet, client = self._bullet, self._client
         turn = bullet.getQuaternionFromEuler([0.0, 0.0, float(pose[2])])
-        robot: int = bullet.loadURDF(str(URDF), [float(pose[0]), float(pose[1]), 0.002], turn, physicsClientId=client)
+        at = [float(pose[0]), float(pose[1]), 0.002]
+        robot: int = bullet.loadURDF(
+            str(URDF), at, turn, flags=bullet.URDF_USE_IMPLICIT_CYLINDER, physicsClientId=client
+        )
         count = bullet.getNumJoints(robot, physicsClientId=client)
-        names = {bullet.getJointInfo(robot, k, physicsClientId=client)[1].decode(): k for k in range(count)}
-        self._wheels[robot] = (names["left_wheel_joint"], names["right_wheel_joint"])
+        names = {bullet.getJointInfo(robot, k, physicsClientId=client)[12].decode(): k for k in range(count)}
+        wheels, group = (names["left_wheel"], names["right_wheel"]), FIRST_ROBOT_BIT << len(self._robots)
+        self._robots[robot] = _Robot(wheels, SOLID_BIT | VISIT_BITS[visit] | ROBOT_BITS & ~group)
+        touches = FLOOR_BIT | SOLID_BIT | GLASS_BIT | VISIT_BITS[visit] | ROBOT_BITS
+        meets = {-1: touches | RAY_BIT, names["mast"]: RAY_BIT}  # the mast stops rays only, wheels and casters none
         for link in range(-1, count):
-            bullet.setCollisionFilterGroupMask(robot, link, ROBOT_BIT, WORLD_BIT | FLOOR_BIT, physicsClientId=client)
-            is_wheel = link in self._wheels[robot]
-            bullet.changeDynamics(robot, link, lateralFriction=1.0 if is_wheel else 0.01, physicsClientId=client)
+            bullet.setCollisionFilterGroupMask(robot, link, group, meets.get(link, touches), physicsClientId=client)
+            bullet.changeDynamics(robot, link, lateralFriction=1.0 if link in wheels else 0.01, physicsClientId=client)
         return robot
 
     def drive(self, robot: int, speed_m_s: float, turn_rad_s: float) -> None:
@@ -95,7 +141,7 @@ class Physics:
         aside = turn_rad_s * TRACK_M / 2
         self._bullet.setJointMotorControlArray(
             robot,
-            self._wheels[robot],
+            self._robots[robot].wheels,
             self._bullet.VELOCITY_CONTROL,
             targetVelocities=[(speed_m_s - aside) / WHEEL_RADIUS_M, (speed_m_s + aside) / WHEEL_RADIUS_M],
             forces=[WHEEL_TORQUE_NM, WHEEL_TORQUE_NM],
@@ -114,40 +160,53 @@ class Physics:
 
     def wheel_angles(self, robot: int) -> tuple[float, float]:
         """Return how far the left and the right wheel have turned, radians."""
-        left, right = self._bullet.getJointStates(robot, self._wheels[robot], physicsClientId=self._client)
+        left, right = self._bullet.getJointStates(robot, self._robots[robot].wheels, physicsClientId=self._client)
         return float(left[0]), float(right[0])
 
-    def cast(self, pose: NDArray[np.float64], angles: NDArray[np.float64], max_range_m: float) -> NDArray[np.float64]:
-        """Cast rays from a pose in a plane at the lasers' height.
+    def cast(self, robot: int, angles: NDArray[np.float64], max_range_m: float, height_m: float) -> Reading:
+        """Cast rays from a robot, level, in the plane of its scanner.
 
         Parameters
         ----------
-        pose
-            (x, y, yaw).
+        robot
+            Its number; it never meets itself.
         angles
-            Shape (N,), radians from the pose's heading.
+            Shape (N,), radians from its heading.
         max_range_m
             Length of the rays.
+        height_m
+            Of the scanner above the floor; robots meet each other's rays from 0.05 to 0.65 m.
 
         Returns
         -------
-        NDArray
-            Shape (N,): distance to the first wall or piece of furniture, inf where there is none.
-        """
-        heading = pose[2] + angles
-        start = np.array([pose[0], pose[1], SCAN_HEIGHT_M])
-        reach = np.stack([np.cos(heading), np.sin(heading), np.zeros_like(heading)], axis=-1) * max_range_m  # (N, 3)
-        parts = [self._cast(start, start + reach[k : k + MOST_RAYS]) for k in range(0, len(reach), MOST_RAYS)]
-        share = np.concatenate(parts)
-        return np.where(share < 1.0, share * max_range_m, np.inf)
+        Reading
+            Distances to what robots touch: glass apart, the other visit's things not at all.
 
-    def _cast(self, start: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.float64]:
-        hits = self._bullet.rayTestBatch(
-            [start.tolist()] * len(ends), ends.tolist(), collisionFilterMask=WORLD_BIT, physicsClientId=self._client
-        )
+        Notes
+        -----
+        Rays that start inside another robot do not meet it; those that start inside a prism meet it from within.
+        """
+        pose = self.pose(robot)
+        heading = pose[2] + angles
+        start = np.array([pose[0], pose[1], height_m])
+        reach = np.stack([np.cos(heading), np.sin(heading), np.zeros_like(heading)], axis=-1) * max_range_m  # (N, 3)
+        ranges = self._cast(start, reach, self._robots[robot].meets) * max_range_m
+        glass = np.full(len(angles), np.inf)
+        if self._world.glass:
+            glass = self._cast(start, reach, GLASS_BIT) * max_range_m
+        return Reading(ranges, np.where(glass < ranges, glass, np.inf))
+
+    def _cast(self, start: NDArray[np.float64], reach: NDArray[np.float64], mask: int) -> NDArray[np.float64]:
+        """Return the share of each ray's reach at which it meets one of the groups; inf where it meets none."""
+        ends, hits = (start + reach).tolist(), []
+        for k in range(0, len(ends), MOST_RAYS):
+            part = ends[k : k + MOST_RAYS]
+            hits += self._bullet.rayTestBatch(
+                [start.tolist()] * len(part), part, collisionFilterMask=mask, physicsClientId=self._client
+            )
         if len(hits) != len(ends):
             raise SimulationError(f"PyBullet answered {len(hits)} of {len(ends)} rays")
-        return np.array([hit[2] if hit[0] >= 0 else 1.0 for hit in hits])
+        return np.array([hit[2] if hit[0] >= 0 else np.inf for hit in hits])
 
     def camera(self, width: int = 800, height: int = 600) -> NDArray[np.uint8]:
         """Take a picture from above and a little aside, walls cut low; returns shape (height, width, 3), RGB.
@@ -179,55 +238,37 @@ class Physics:
         return np.asarray(picture, dtype=np.uint8).reshape(height, width, 4)[..., :3].copy()
 
     def _colour(self) -> None:
-        """Give floor, walls and furniture their looks, once, when a picture is wanted."""
+        """Give everything that stands its looks, once, when a picture is wanted."""
         if self._has_colours:
             return
         self._has_colours = True
-        sx, sy = self._world.size
-        ground = Prism(np.array([[-sx, -sy], [2 * sx, -sy], [2 * sx, 2 * sy], [-sx, 2 * sy]]), 1.0)
-        floor = Prism(np.array([[0, 0], [sx, 0], [sx, sy], [0, sy]]), 1.0)
-        self._show([ground], [0.46, 0.52, 0.44, 1.0], drop=1.02)
-        self._show([floor], [0.80, 0.74, 0.66, 1.0], drop=1.0)
-        self._show([replace(p, top=min(p.top, CUT_M)) for p in self._world.walls], [0.93, 0.93, 0.91, 1.0])
-        low = [replace(p, top=min(p.top, CUT_M - 0.05)) for p in self._world.furniture]
-        self._show(low, [0.58, 0.42, 0.28, 1.0])
+        (sx, sy), far = self._world.size, max(self._world.size)
+        earth = Prism(np.array([[-far, -far], [sx + far, -far], [sx + far, sy + far], [-far, sy + far]]), 1.0)
+        self._show([earth], [0.46, 0.52, 0.44, 1.0], drop=1.02)
+        self._show([Prism(outline, 1.0) for outline in self._world.ground], [0.80, 0.74, 0.66, 1.0], drop=1.0)
+        self._show(cut(self._world.walls, CUT_M), [0.93, 0.93, 0.91, 1.0])
+        self._show(cut(self._world.glass, CUT_M), [0.62, 0.84, 0.95, 1.0])
+        for prisms, colour in zip((self._world.furniture, *self._world.visits), FURNITURE_RGBA, strict=True):
+            self._show(cut(prisms, CUT_M - 0.05), colour)
 
     def _show(self, prisms: Iterable[Prism], colour: list[float], drop: float = 0.0) -> None:
-        vertices, triangles = mesh(prisms)
-        if not len(vertices):
-            return
-        corners = vertices[triangles]  # (M, 3, 3)
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        shape = self._bullet.createVisualShape(
-            self._bullet.GEOM_MESH,
-            vertices=(corners.reshape(-1, 3) - [0, 0, drop]).tolist(),
-            indices=list(range(3 * len(corners))),
-            normals=np.repeat(normals, 3, axis=0).tolist(),
-            rgbaColor=colour,
-            specularColor=[0.05, 0.05, 0.05],
-            physicsClientId=self._client,
-        )
-        self._static(visual=shape)
+        corners, normals = facets(prisms)
+        for first in range(0, len(corners), MOST_SHOWN_VERTICES):
+            part = slice(first, first + MOST_SHOWN_VERTICES)
+            shape = self._bullet.createVisualShape(
+                self._bullet.GEOM_MESH,
+                vertices=(corners[part] - [0, 0, drop]).tolist(),
+                indices=list(range(len(corners[part]))),
+                normals=normals[part].tolist(),
+                rgbaColor=colour,
+                specularColor=[0.05, 0.05, 0.05],
+                physicsClientId=self._client,
+            )
+            self._static(visual=shape)
 
     def _static(self, collision: int = -1, visual: int = -1) -> int:
         body: int = self._bullet.createMultiBody(0.0, collision, visual, [0.0, 0.0, 0.0], physicsClientId=self._client)
         return body
-
-
-def mesh(prisms: Iterable[Prism]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the sides and tops of prisms as vertices (N, 3) and triangles (M, 3), seen from outside."""
-    vertices, triangles, count = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], 0
-    for prism in prisms:
-        n = len(prism.outline)
-        vertices += [np.column_stack([prism.outline, np.full(n, z)]) for z in (prism.bottom, prism.top)]
-        k = np.arange(n)
-        after = (k + 1) % n
-        fan = np.column_stack([np.zeros(n - 2, dtype=np.int64), k[1:-1], k[2:]]) + n
-        faces = [np.column_stack([k, after, n + after]), np.column_stack([k, n + after, n + k]), fan]
-        triangles.append(np.concatenate(faces) + count)
-        count += 2 * n
-    return np.concatenate(vertices), np.concatenate(triangles)
 
 
 @functools.cache

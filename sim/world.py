@@ -130,6 +130,11 @@ class World:
         """Walls, furniture and glass: what both visits find."""
         return self.walls + self.furniture + self.glass
 
+    @property
+    def ground(self) -> tuple[NDArray[np.float64], ...]:
+        """Outlines of all floor: of no room, of the rooms, and in the doors' gaps; walls may stand on it."""
+        return (*self.floor, *(room.outline for room in self.rooms), *(_gap(door) for door in self.doors))
+
     def at_visit(self, visit: int) -> World:
         """Return the world as robot A (0) or robot B (1) finds it, with nothing that only one visit finds."""
         return replace(self, furniture=self.furniture + self.visits[visit], visits=((), ()))
@@ -186,8 +191,7 @@ class World:
             raise InputError(f"resolution must be a positive number of metres per cell, got {resolution}")
         shape = (math.ceil(self.size[1] / resolution - 1e-9), math.ceil(self.size[0] / resolution - 1e-9))
         cells = np.full(shape, UNKNOWN, dtype=np.int8)
-        _fill(cells, (*self.floor, *(room.outline for room in self.rooms)), FREE, resolution)
-        _fill(cells, (d for door in self.doors for d in [_gap(door)]), FREE, resolution)
+        _fill(cells, self.ground, FREE, resolution)
         seen = (p.outline for p in self.obstacles if p.bottom <= height_m < p.top)
         _fill(cells, seen, OCCUPIED, resolution)
         return OccupancyGrid(cells[::-1], resolution)

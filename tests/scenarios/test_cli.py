@@ -108,6 +108,36 @@ def test_worlds_and_suites_are_listed(capsys, word, named):
     assert named in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["ofice", "-o", "x.png"], "no family 'ofice'"),
+        (["office"], "-o PICTURE.png"),
+        (["-o", "x.png"], "name a family or a file"),
+        (["--seed", "1"], "name a family or a file"),
+    ],
+)
+def test_a_world_that_cannot_be_drawn_is_one_line_and_status_2(tmp_path, monkeypatch, capsys, words, message):
+    monkeypatch.chdir(tmp_path)
+
+    assert rectbench("worlds", *words) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.sim
+def test_a_world_is_drawn_and_told(tmp_path, capsys):
+    assert rectbench("worlds", "office", "--seed", "2", "-o", tmp_path / "office.png") == 0
+
+    shown = capsys.readouterr()
+    assert "office, seed 2" in shown.out
+    assert str(tmp_path / "office.png") in shown.out
+    assert shown.err == ""
+    assert (tmp_path / "office.png").exists()
+
+
 def test_a_folder_that_is_no_data_set_does_not_hide_a_suite_of_its_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "smoke").mkdir()

@@ -2,10 +2,10 @@ import numpy as np
 
 from sim.driving import Steering, drivable
 from sim.exploration import BACK_OFF_S, MOST_BACK_OFFS, STUCK_AFTER_S, Tour, make_tour, share_rooms
-from sim.floorplans import WorldSpec, make_world
+from sim.floorplans import Office, make_world
 from tests.sim.made import box_world
 
-WORLD = make_world(WorldSpec(size_m=(16.0, 11.0), rooms=6), 1)
+WORLD = make_world(Office(size_m=(16.0, 11.0), rooms=6), 1)
 
 
 def test_shares_begin_at_opposite_ends_and_together_leave_no_room_out():

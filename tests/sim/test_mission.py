@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import InputError
-from sim.floorplans import WorldSpec, make_world
+from sim.floorplans import Office, make_world
 from sim.lidar import Lidar
 from sim.mission import MissionLog, MissionSpec, RobotSpec, run_mission
 from tests.sim import naive
@@ -33,7 +33,7 @@ def npy() -> bytes:
 
 
 def short_mission() -> MissionLog:
-    return run_mission(make_world(WorldSpec(size_m=(14.0, 10.0), rooms=6), 2), SPEC, 5)
+    return run_mission(make_world(Office(size_m=(14.0, 10.0), rooms=6), 2), SPEC, 5)
 
 
 @pytest.fixture(scope="module")

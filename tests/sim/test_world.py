@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from sim.floorplans import WorldSpec, make_world
+from sim.floorplans import Office, make_world
 from sim.world import Prism, World, bar
 from tests.sim.made import box_world
 
@@ -67,7 +67,7 @@ def test_the_raster_refuses_absurd_resolutions(resolution):
 
 
 def test_a_world_survives_json_to_the_bit():
-    world = make_world(WorldSpec(oblique=1.0), 3)
+    world = make_world(Office(oblique=1.0), 3)
     again = World.from_dict(json.loads(json.dumps(world.as_dict())))
 
     assert again.as_dict() == world.as_dict()
@@ -75,7 +75,7 @@ def test_a_world_survives_json_to_the_bit():
 
 
 def test_turning_a_world_turns_its_raster_and_turning_it_back_restores_it():
-    world = make_world(WorldSpec(size_m=(14.0, 10.0), rooms=6), 3)
+    world = make_world(Office(size_m=(14.0, 10.0), rooms=6), 3)
     quarter, back = world.turned(np.pi / 2), world.turned(0.7).turned(-0.7)
 
     assert quarter.size == pytest.approx((world.size[1], world.size[0]))

@@ -1,0 +1,69 @@
+"""A row of rooms beside a corridor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sim.floorplans.drafting import Gap, Pen
+from sim.floorplans.shapes import Points
+
+THROUGH = 0.25  # share of the neighbours that a door joins
+
+
+def cut(rng: np.random.Generator, low: float, high: float, count: int, narrowest: float) -> Points:
+    """Cut a span into rooms of unequal width; returns the count + 1 ends."""
+    spare = max(0.0, high - low - count * narrowest)
+    widths = narrowest + spare * rng.dirichlet(np.full(count, 3.0))
+    return np.linspace(low, high, count + 1) if spare == 0.0 else low + np.concatenate([[0.0], np.cumsum(widths)])
+
+
+def row(
+    pen: Pen,
+    start: Points,
+    end: Points,
+    depth: float,
+    cuts: Sequence[float] | Points,
+    names: Sequence[str],
+    corridor: str,
+    *,
+    reach: tuple[float, float] | None = None,
+    doors: Sequence[Gap] = (),
+) -> None:
+    """Draw rooms side by side, to the left of a wall from start to end that parts them from a corridor.
+
+    Parameters
+    ----------
+    pen
+        Draws the rooms, the wall, and the partitions between the rooms, but not the other walls.
+    start, end
+        Ends (2,) of the corridor's wall.
+    depth
+        Of the rooms, metres.
+    cuts
+        Where each room begins and the last ends, metres along the wall, which may end before or begin after them.
+    names
+        Of the rooms, one fewer than cuts.
+    corridor
+        What the rooms open to.
+    reach
+        The stretch of wall that the corridor lies beside, if not all of it.
+    doors
+        One for each room, counted from where the room begins, if they are not to be drawn at random; then there are
+        none between rooms.
+    """
+    along = (end - start) / np.hypot(*(end - start))
+    inward = np.array([-along[1], along[0]]) * depth
+    near = start + np.asarray(cuts)[:, None] * along  # (N + 1, 2)
+    far = near + inward
+    low, high = reach or (cuts[0], cuts[-1])
+    for k, name in enumerate(names):
+        pen.room(name, [near[k], near[k + 1], far[k + 1], far[k]])
+        begin = float(cuts[k])
+        beside = max(begin, low) - begin, min(float(cuts[k + 1]), high) - begin
+        pen.wall([near[k], near[k + 1]], [doors[k]] if doors else pen.door(*beside, name, corridor))
+    for k in range(1, len(names)):
+        has_door = not doors and pen.rng.random() < THROUGH
+        between = pen.door(0.5, depth - 0.5, names[k - 1], names[k], is_needed=False) if has_door else []
+        pen.wall([near[k], far[k]], between)
