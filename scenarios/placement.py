@@ -14,11 +14,10 @@ from rectmerge.errors import InputError
 from rectmerge.grid import UNKNOWN, OccupancyGrid
 from rectmerge.similarity import Similarity
 from scenarios.corruption import damage, noise_strength
+from scenarios.corruption.geometry import Size, turn_image
 from sim.lidar import Lidar
 from sim.mapping import build_map
 from sim.mission import RobotLog
-
-Size = tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,39 +144,3 @@ def crop_to_known(grid: OccupancyGrid, size: Size) -> OccupancyGrid:
     corner = [col - left - 0.5, row - top + height - 0.5]  # pixel of the window's lower-left corner, in the old image
     x, y = grid.pixel_to_map(corner)
     return OccupancyGrid(part, grid.resolution, (float(x), float(y), grid.origin[2]))
-
-
-def turn_image(grid: OccupancyGrid, turn_deg: float, canvas: Size | None = None) -> tuple[OccupancyGrid, Similarity]:
-    """Turn a map's image about its centre by nearest neighbour.
-
-    Parameters
-    ----------
-    grid
-        The map.
-    turn_deg
-        Degrees, counter-clockwise to the eye.
-    canvas
-        (width, height) of the turned image; by default as large as it needs to be.
-
-    Returns
-    -------
-    turned, pixels
-        The turned map, its map frame at its own lower-left corner, and the similarity from the pixels of the old
-        image to those of the new one: exactly the index map that was used.
-    """
-    height, width = grid.shape
-    angle = -math.radians(turn_deg)  # pixels have v down
-    cos, sin = abs(math.cos(angle)), abs(math.sin(angle))
-    new_width, new_height = canvas or (
-        math.ceil(width * cos + height * sin - 1e-6),
-        math.ceil(width * sin + height * cos - 1e-6),
-    )
-    about = Similarity(1.0, angle)
-    shift = np.array([new_width - 1, new_height - 1]) / 2 - about.apply([(width - 1) / 2, (height - 1) / 2])
-    pixels = Similarity(1.0, angle, float(shift[0]), float(shift[1]))
-    v, u = np.indices((new_height, new_width))
-    old = np.floor(pixels.inverse().apply(np.stack([u, v], axis=-1)) + 0.5).astype(int)  # (H, W, 2)
-    inside = ((old >= 0) & (old < [width, height])).all(axis=-1)
-    cells = np.full((new_height, new_width), UNKNOWN, dtype=np.int8)
-    cells[inside] = grid.occupancy[old[inside][:, 1], old[inside][:, 0]]
-    return OccupancyGrid(cells, grid.resolution), pixels

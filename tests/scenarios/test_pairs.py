@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from rectmerge.grid import UNKNOWN, OccupancyGrid
+from rectmerge.grid import OccupancyGrid
 from scenarios.pairs import make_pair
-from scenarios.placement import MapSpec, crop_to_known, place_map, turn_image
+from scenarios.placement import MapSpec, crop_to_known, place_map
 from sim.mission import RobotSpec
 from tests.sim.made import office_log, wall_distance
 
@@ -174,37 +174,6 @@ def test_a_pair_is_picklable():
     pair = make_pair(LOG, MapSpec(), MapSpec(), 1)
 
     assert pickle.loads(pickle.dumps(pair)).pixels == pair.pixels
-
-
-@pytest.mark.parametrize("quarter", range(-2, 3))
-def test_turning_by_quarters_moves_every_cell_exactly(quarter):
-    cells = np.random.default_rng(0).choice([-1, 0, 100], (7, 12)).astype(np.int8)
-    turned, _ = turn_image(OccupancyGrid(cells), 90.0 * quarter)
-
-    assert np.array_equal(turned.occupancy, np.rot90(cells, quarter))
-
-
-@settings(max_examples=30, deadline=None)
-@given(turns, st.integers(1, 12), st.integers(1, 12), st.none() | st.tuples(st.integers(1, 20), st.integers(1, 20)))
-def test_every_turned_cell_is_the_nearest_cell_of_the_old_image(turn, width, height, canvas):
-    cells = np.random.default_rng(width).choice([0, 100], (height, width)).astype(np.int8)
-    turned, pixels = turn_image(OccupancyGrid(cells), turn, canvas)
-
-    assert canvas is None or turned.shape == canvas[::-1]
-    for v, u in np.ndindex(turned.shape):
-        x, y = pixels.inverse().apply([u, v])
-        if min(abs(x % 1 - 0.5), abs(y % 1 - 0.5)) < 1e-9:
-            continue  # as near to one cell as to the next
-        col, row = math.floor(x + 0.5), math.floor(y + 0.5)
-        inside = 0 <= row < height and 0 <= col < width
-        assert turned.occupancy[v, u] == (cells[row, col] if inside else UNKNOWN)
-
-
-def test_a_grown_canvas_holds_the_whole_image():
-    grid = OccupancyGrid(np.zeros((202, 302), dtype=np.int8))
-    turned, _ = turn_image(grid, 27.0)
-
-    assert turned.free.sum() == pytest.approx(302 * 202, rel=0.002)
 
 
 @settings(max_examples=30, deadline=None)
