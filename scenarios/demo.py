@@ -106,8 +106,8 @@ def run_demo(out: str | Path, *, suite: str = "demo", force: bool = False, say: 
 def draw_world(log: MissionLog, width: int = 1240, height: int = 880) -> Picture:
     """Take the camera's picture of the building, the robots where they ended; shape (height, width, 3), RGB."""
     with physics(log.world, hz=log.spec.physics_hz) as bullet:
-        for robot in (log.a, log.b):
-            bullet.add_robot(robot.poses[-1])
+        for visit, robot in enumerate((log.a, log.b)):
+            bullet.add_robot(robot.poses[-1], visit=visit)
         return bullet.camera(width, height)
 
 

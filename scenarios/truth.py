@@ -14,7 +14,7 @@ from scenarios.placement import PlacedMap
 from sim.lidar import Lidar
 from sim.mapping import scan_points
 from sim.mission import MissionLog, RobotLog
-from sim.world import SCAN_HEIGHT_M, World
+from sim.world import World
 
 MOST_CONTROL_POINTS, FEWEST_CONTROL_POINTS = 400, 20
 SURFACE_CELL_M = 0.05  # two robots saw the same surface where both hit the same cell of this size
@@ -54,7 +54,9 @@ def control_points(log: MissionLog, a: PlacedMap, b: PlacedMap, rng: np.random.G
     of_a, of_b = rng.spawn(2)
     in_a = a.shown_at(world, scans_a[_any_of(common, keys_a, of_a)])
     in_b = b.shown_at(world, scans_b[_any_of(common, keys_b, of_b)])
-    is_seen = _is_shown(a.grid, in_a) & _is_shown(b.grid, in_b) & _is_surface(log.world, world)
+    is_seen = _is_shown(a.grid, in_a) & _is_shown(b.grid, in_b)
+    for robot in (log.spec.a, log.spec.b):
+        is_seen &= _is_surface(log.world, world, robot.lidar.height_m)
     seen = np.flatnonzero(is_seen)
     if len(seen) < FEWEST_CONTROL_POINTS:
         return None
@@ -118,11 +120,11 @@ def _any_of(common: NDArray[np.int64], keys: NDArray[np.int64], rng: np.random.G
     return order[np.searchsorted(keys[order], common)]
 
 
-def _is_surface(world: World, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which points (N, 2) lie in or beside a wall or a thing that both robots found in their lasers' plane."""
+def _is_surface(world: World, points: NDArray[np.float64], height_m: float) -> NDArray[np.bool_]:
+    """Tell which points (N, 2) lie in or beside a wall, or a thing that both robots found, at a laser's height."""
     beside = np.zeros(len(points), dtype=np.bool_)
     for prism in world.walls + world.furniture:
-        if prism.bottom <= SCAN_HEIGHT_M < prism.top:
+        if prism.bottom <= height_m < prism.top:
             edges = np.roll(prism.outline, -1, axis=0) - prism.outline  # (C, 2), counter-clockwise
             outward = np.stack([edges[:, 1], -edges[:, 0]], axis=-1) / np.hypot(*edges.T)[:, None]
             away = (points @ outward.T - (prism.outline * outward).sum(axis=1)).max(axis=1)  # beyond the farthest side

@@ -1,4 +1,8 @@
-"""The physics: a PyBullet client with one building, robots that drive by their wheels, laser rays and a camera."""
+"""The physics: a PyBullet client with one building, robots that drive by their wheels, laser rays and a camera.
+
+Who meets whom is said by collision groups: the floor, walls and furniture, glass, what each visit finds, and every
+robot are groups of their own. A robot's rays ask for walls, its own visit's things and other robots, or for glass.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +20,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, SimulationError
-from sim.world import SCAN_HEIGHT_M, Prism, World
+from sim.lidar import Reading
+from sim.world import Prism, World
 
 WHEEL_RADIUS_M, TRACK_M = 0.05, 0.28  # as in robot.urdf
 WHEEL_TORQUE_NM = 2.0
-RAY_BIT, ROBOT_BIT, WORLD_BIT, FLOOR_BIT = 1, 64, 128, 256  # collision groups; rays are in PyBullet's first
+RAY_BIT, FLOOR_BIT, SOLID_BIT, GLASS_BIT = 1, 2, 4, 8  # collision groups; rays are in PyBullet's first
+VISIT_BITS = (16, 32)
+FIRST_ROBOT_BIT, MOST_ROBOTS = 64, 16
+ROBOT_BITS = FIRST_ROBOT_BIT * (2**MOST_ROBOTS - 1)
 MOST_RAYS = 3999  # a larger batch comes back empty without a word
 SOLVER_ITERATIONS = 10
 CAMERA_FOV_DEG, CUT_M = 30.0, 1.3  # pictures show walls and furniture cut at this height
+FURNITURE_RGBA = [0.58, 0.42, 0.28, 1.0], [0.80, 0.52, 0.25, 1.0], [0.40, 0.45, 0.30, 1.0]  # both visits', A's, B's
 URDF = Path(__file__).parent / "robot.urdf"
 
 
@@ -49,12 +58,13 @@ def physics(world: World, *, hz: int = 60) -> Iterator[Physics]:
 class Physics:
     """One building with robots in it; made by `physics`.
 
-    Robots touch walls, furniture and floor, not each other: each maps the building as if alone.
+    Robots touch floor, walls, furniture, glass, each other, and the things that stand there while they map.
     """
 
     def __init__(self, bullet: Any, client: int, world: World, hz: int) -> None:
         self._bullet, self._client, self._world = bullet, client, world
         self._wheels: dict[int, tuple[int, int]] = {}
+        self._visits: dict[int, int] = {}
         self._has_colours = False
         bullet.setGravity(0, 0, -9.81, physicsClientId=client)
         bullet.setPhysicsEngineParameter(
@@ -63,31 +73,62 @@ class Physics:
             deterministicOverlappingPairs=1,
             physicsClientId=client,
         )
-        floor = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
-        vertices, triangles = mesh(world.obstacles)
-        building = bullet.createCollisionShape(
-            bullet.GEOM_MESH,
+        self._stand(bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client), FLOOR_BIT)
+        parts = ((world.walls + world.furniture, SOLID_BIT), (world.glass, GLASS_BIT))
+        for prisms, group in (*parts, *zip(world.visits, VISIT_BITS, strict=True)):
+            if prisms:
+                self._stand(self._trimesh(prisms), group)
+
+    def _trimesh(self, prisms: Iterable[Prism]) -> int:
+        vertices, triangles = mesh(prisms)
+        shape: int = self._bullet.createCollisionShape(
+            self._bullet.GEOM_MESH,
             vertices=vertices.tolist(),
             indices=triangles.ravel().tolist(),
-            flags=bullet.GEOM_FORCE_CONCAVE_TRIMESH,
-            physicsClientId=client,
+            flags=self._bullet.GEOM_FORCE_CONCAVE_TRIMESH,
+            physicsClientId=self._client,
         )
-        for body, group in ((self._static(collision=floor), FLOOR_BIT), (self._static(collision=building), WORLD_BIT)):
-            bullet.setCollisionFilterGroupMask(body, -1, group, ROBOT_BIT | RAY_BIT, physicsClientId=client)
-            bullet.changeVisualShape(body, -1, rgbaColor=[1, 1, 1, 0], physicsClientId=client)
+        return shape
 
-    def add_robot(self, pose: NDArray[np.float64]) -> int:
-        """Put a robot at (x, y, yaw); returns its number."""
+    def _stand(self, shape: int, group: int) -> None:
+        """Add what never moves, without looks: those come when a picture is wanted."""
+        body = self._static(collision=shape)
+        met_by = ROBOT_BITS | RAY_BIT
+        self._bullet.setCollisionFilterGroupMask(body, -1, group, met_by, physicsClientId=self._client)
+        self._bullet.changeVisualShape(body, -1, rgbaColor=[1, 1, 1, 0], physicsClientId=self._client)
+
+    def add_robot(self, pose: NDArray[np.float64], *, visit: int = 0) -> int:
+        """Put a robot at a pose; returns its number.
+
+        Parameters
+        ----------
+        pose
+            (x, y, yaw).
+        visit
+            Whose things it finds: 0 for what stands while A maps, 1 for B.
+
+        Raises
+        ------
+        InputError
+            If there is no such visit, or there are 16 robots already.
+        """
+        if visit not in (0, 1) or len(self._wheels) == MOST_ROBOTS:
+            raise InputError(f"a robot needs visit 0 or 1 and one of {MOST_ROBOTS} places, got visit {visit}")
         bullet, client = self._bullet, self._client
         turn = bullet.getQuaternionFromEuler([0.0, 0.0, float(pose[2])])
-        robot: int = bullet.loadURDF(str(URDF), [float(pose[0]), float(pose[1]), 0.002], turn, physicsClientId=client)
+        at = [float(pose[0]), float(pose[1]), 0.002]
+        robot: int = bullet.loadURDF(
+            str(URDF), at, turn, flags=bullet.URDF_USE_IMPLICIT_CYLINDER, physicsClientId=client
+        )
         count = bullet.getNumJoints(robot, physicsClientId=client)
-        names = {bullet.getJointInfo(robot, k, physicsClientId=client)[1].decode(): k for k in range(count)}
-        self._wheels[robot] = (names["left_wheel_joint"], names["right_wheel_joint"])
+        names = {bullet.getJointInfo(robot, k, physicsClientId=client)[12].decode(): k for k in range(count)}
+        group, self._visits[robot] = FIRST_ROBOT_BIT << len(self._wheels), visit
+        self._wheels[robot] = wheels = (names["left_wheel"], names["right_wheel"])
+        touches = FLOOR_BIT | SOLID_BIT | GLASS_BIT | VISIT_BITS[visit] | ROBOT_BITS
+        meets = {-1: touches | RAY_BIT, names["mast"]: RAY_BIT}  # the mast stops rays only, wheels and casters none
         for link in range(-1, count):
-            bullet.setCollisionFilterGroupMask(robot, link, ROBOT_BIT, WORLD_BIT | FLOOR_BIT, physicsClientId=client)
-            is_wheel = link in self._wheels[robot]
-            bullet.changeDynamics(robot, link, lateralFriction=1.0 if is_wheel else 0.01, physicsClientId=client)
+            bullet.setCollisionFilterGroupMask(robot, link, group, meets.get(link, touches), physicsClientId=client)
+            bullet.changeDynamics(robot, link, lateralFriction=1.0 if link in wheels else 0.01, physicsClientId=client)
         return robot
 
     def drive(self, robot: int, speed_m_s: float, turn_rad_s: float) -> None:
@@ -117,37 +158,50 @@ class Physics:
         left, right = self._bullet.getJointStates(robot, self._wheels[robot], physicsClientId=self._client)
         return float(left[0]), float(right[0])
 
-    def cast(self, pose: NDArray[np.float64], angles: NDArray[np.float64], max_range_m: float) -> NDArray[np.float64]:
-        """Cast rays from a pose in a plane at the lasers' height.
+    def cast(self, robot: int, angles: NDArray[np.float64], max_range_m: float, height_m: float) -> Reading:
+        """Cast rays from a robot, level, in the plane of its scanner.
 
         Parameters
         ----------
-        pose
-            (x, y, yaw).
+        robot
+            Its number; it never meets itself.
         angles
-            Shape (N,), radians from the pose's heading.
+            Shape (N,), radians from its heading.
         max_range_m
             Length of the rays.
+        height_m
+            Of the scanner above the floor; robots meet each other's rays from 0.05 to 0.65 m.
 
         Returns
         -------
-        NDArray
-            Shape (N,): distance to the first wall or piece of furniture, inf where there is none.
-        """
-        heading = pose[2] + angles
-        start = np.array([pose[0], pose[1], SCAN_HEIGHT_M])
-        reach = np.stack([np.cos(heading), np.sin(heading), np.zeros_like(heading)], axis=-1) * max_range_m  # (N, 3)
-        parts = [self._cast(start, start + reach[k : k + MOST_RAYS]) for k in range(0, len(reach), MOST_RAYS)]
-        share = np.concatenate(parts)
-        return np.where(share < 1.0, share * max_range_m, np.inf)
+        Reading
+            Distances to what robots touch: glass apart, the other visit's things not at all.
 
-    def _cast(self, start: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.float64]:
-        hits = self._bullet.rayTestBatch(
-            [start.tolist()] * len(ends), ends.tolist(), collisionFilterMask=WORLD_BIT, physicsClientId=self._client
-        )
+        Notes
+        -----
+        Rays that start inside another robot do not meet it; those that start inside a prism meet it from within.
+        """
+        pose, own = self.pose(robot), FIRST_ROBOT_BIT << list(self._wheels).index(robot)
+        heading = pose[2] + angles
+        start = np.array([pose[0], pose[1], height_m])
+        reach = np.stack([np.cos(heading), np.sin(heading), np.zeros_like(heading)], axis=-1) * max_range_m  # (N, 3)
+        ranges = self._cast(start, reach, SOLID_BIT | VISIT_BITS[self._visits[robot]] | ROBOT_BITS & ~own) * max_range_m
+        glass = np.full(len(angles), np.inf)
+        if self._world.glass:
+            glass = self._cast(start, reach, GLASS_BIT) * max_range_m
+        return Reading(ranges, np.where(glass < ranges, glass, np.inf))
+
+    def _cast(self, start: NDArray[np.float64], reach: NDArray[np.float64], mask: int) -> NDArray[np.float64]:
+        """Return the share of each ray's reach at which it meets one of the groups; inf where it meets none."""
+        ends, hits = (start + reach).tolist(), []
+        for k in range(0, len(ends), MOST_RAYS):
+            part = ends[k : k + MOST_RAYS]
+            hits += self._bullet.rayTestBatch(
+                [start.tolist()] * len(part), part, collisionFilterMask=mask, physicsClientId=self._client
+            )
         if len(hits) != len(ends):
             raise SimulationError(f"PyBullet answered {len(hits)} of {len(ends)} rays")
-        return np.array([hit[2] if hit[0] >= 0 else 1.0 for hit in hits])
+        return np.array([hit[2] if hit[0] >= 0 else np.inf for hit in hits])
 
     def camera(self, width: int = 800, height: int = 600) -> NDArray[np.uint8]:
         """Take a picture from above and a little aside, walls cut low; returns shape (height, width, 3), RGB.
@@ -179,7 +233,7 @@ class Physics:
         return np.asarray(picture, dtype=np.uint8).reshape(height, width, 4)[..., :3].copy()
 
     def _colour(self) -> None:
-        """Give floor, walls and furniture their looks, once, when a picture is wanted."""
+        """Give everything that stands its looks, once, when a picture is wanted."""
         if self._has_colours:
             return
         self._has_colours = True
@@ -188,9 +242,10 @@ class Physics:
         floor = Prism(np.array([[0, 0], [sx, 0], [sx, sy], [0, sy]]), 1.0)
         self._show([ground], [0.46, 0.52, 0.44, 1.0], drop=1.02)
         self._show([floor], [0.80, 0.74, 0.66, 1.0], drop=1.0)
-        self._show([replace(p, top=min(p.top, CUT_M)) for p in self._world.walls], [0.93, 0.93, 0.91, 1.0])
-        low = [replace(p, top=min(p.top, CUT_M - 0.05)) for p in self._world.furniture]
-        self._show(low, [0.58, 0.42, 0.28, 1.0])
+        self._show(_cut(self._world.walls, CUT_M), [0.93, 0.93, 0.91, 1.0])
+        self._show(_cut(self._world.glass, CUT_M), [0.62, 0.84, 0.95, 0.5])
+        for prisms, colour in zip((self._world.furniture, *self._world.visits), FURNITURE_RGBA, strict=True):
+            self._show(_cut(prisms, CUT_M - 0.05), colour)
 
     def _show(self, prisms: Iterable[Prism], colour: list[float], drop: float = 0.0) -> None:
         vertices, triangles = mesh(prisms)
@@ -213,6 +268,11 @@ class Physics:
     def _static(self, collision: int = -1, visual: int = -1) -> int:
         body: int = self._bullet.createMultiBody(0.0, collision, visual, [0.0, 0.0, 0.0], physicsClientId=self._client)
         return body
+
+
+def _cut(prisms: Iterable[Prism], top: float) -> list[Prism]:
+    """Prisms as they look cut at a height; what begins above it is gone."""
+    return [replace(p, top=min(p.top, top)) for p in prisms if p.bottom < top]
 
 
 def mesh(prisms: Iterable[Prism]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -188,7 +188,7 @@ def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:
         for robot, from_left in ((spec.a, a_is_left), (spec.b, not a_is_left)):
             rooms = share_rooms(world, robot.share, from_left=from_left)
             start, tour = make_tour(world, drive, rooms, Steering(speed_m_s=robot.speed_m_s), rng)
-            drivers.append(_Driver(bullet, start, tour, robot, spec.physics_hz))
+            drivers.append(_Driver(bullet, start, tour, robot, spec.physics_hz, visit=len(drivers)))
         _drive(bullet, drivers, spec)
     a, b = (driver.log() for driver in drivers)
     return MissionLog(world=world, spec=spec, seed=seed, a=a, b=b)
@@ -215,9 +215,11 @@ def _drive(bullet: Physics, drivers: list[_Driver], spec: MissionSpec) -> None:
 class _Driver:
     """One robot in the simulation, its tour, and what it has logged so far."""
 
-    def __init__(self, bullet: Physics, start: NDArray[np.float64], tour: Tour, spec: RobotSpec, hz: int) -> None:
+    def __init__(
+        self, bullet: Physics, start: NDArray[np.float64], tour: Tour, spec: RobotSpec, hz: int, *, visit: int
+    ) -> None:
         self.bullet, self.tour, self.lidar = bullet, tour, spec.lidar
-        self.robot = bullet.add_robot(start)
+        self.robot = bullet.add_robot(start, visit=visit)
         self.angles = spec.lidar.angles
         self.scan_every = max(1, round(hz / spec.scan_hz))
         self.odometry, self.wheels = start.copy(), (0.0, 0.0)
@@ -237,7 +239,8 @@ class _Driver:
     def scan(self, time: float) -> None:
         """Log one scan."""
         pose = self.bullet.pose(self.robot)
-        self.rows.append((time, pose, self.odometry, self.bullet.cast(pose, self.angles, self.lidar.max_range_m)))
+        reading = self.bullet.cast(self.robot, self.angles, self.lidar.max_range_m, self.lidar.height_m)
+        self.rows.append((time, pose, self.odometry, reading.ranges))
 
     def log(self) -> RobotLog:
         """Return what was logged."""

@@ -17,9 +17,10 @@ def test_rays_meet_what_the_plan_says():
     world = make_world(WorldSpec(oblique=1.0), 3)
     angles = np.linspace(-3.1, 3.1, 500)
     with physics(world) as engine:
-        for room in world.rooms:
-            pose = np.array([*room.spot, 0.7])
-            seen, true = engine.cast(pose, angles, 8.0), naive.cast(world, pose, angles, 8.0)
+        poses = [np.array([*room.spot, 0.7]) for room in world.rooms]
+        robots = [engine.add_robot(pose) for pose in poses]
+        for robot, pose in zip(robots, poses, strict=True):
+            seen, true = engine.cast(robot, angles, 8.0, 0.25).ranges, naive.cast(world, pose, angles, 8.0)
             same = np.isclose(np.minimum(seen, 9.0), np.minimum(true, 9.0), atol=1e-4)
             assert same.mean() > 0.995  # a ray may slip past an edge that another just meets
 
@@ -29,7 +30,8 @@ def test_more_rays_than_one_batch_holds_all_come_back():
     world = box_world()
     angles = np.linspace(-3, 3, 2 * MOST_RAYS + 5)
     with physics(world) as engine:
-        assert np.isfinite(engine.cast(np.array([1.5, 2.0, 0.0]), angles, 20.0)).all()
+        robot = engine.add_robot(np.array([1.5, 2.0, 0.0]))
+        assert np.isfinite(engine.cast(robot, angles, 20.0, 0.25).ranges).all()
 
 
 @pytest.mark.sim

@@ -15,7 +15,7 @@ def test_readings_out_of_reach_are_inf_and_readings_too_near_are_none():
 
 def test_noise_and_dropouts_have_the_strength_they_say():
     lidar = Lidar(sigma_m=0.01, sigma_per_m=0.005, dropout=0.02)
-    seen = lidar.observe(np.full(200_000, 4.0), np.random.default_rng(0))
+    seen = lidar.observe(np.full(200_000, 4.0), None, np.random.default_rng(0))
 
     assert np.nanstd(seen) == pytest.approx(0.03, rel=0.02)
     assert np.nanmean(seen) == pytest.approx(4.0, abs=0.001)
@@ -26,7 +26,7 @@ def test_level_zero_is_an_exact_scanner():
     ranges = np.random.default_rng(1).uniform(0, 15, 1000)
 
     assert np.array_equal(
-        Lidar().observe(ranges, np.random.default_rng(0), level=0.0), Lidar().limit(ranges), equal_nan=True
+        Lidar().observe(ranges, None, np.random.default_rng(0), level=0.0), Lidar().limit(ranges), equal_nan=True
     )
 
 
