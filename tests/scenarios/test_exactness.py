@@ -1,0 +1,43 @@
+import functools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scenarios.pairs import make_pair
+from scenarios.placement import MapSpec
+from scenarios.scenario import load_suite
+from sim.mission import MissionLog
+from tests.scenarios.exactness import raster_shift_cells, wall_offset_px
+from tests.sim.made import office_log
+
+
+@functools.cache
+def simulated() -> MissionLog:
+    return load_suite("smoke").sources()[0].mission()
+
+
+LOGS = [office_log, pytest.param(simulated, marks=pytest.mark.sim)]
+
+
+@pytest.mark.parametrize("made", LOGS)
+@pytest.mark.parametrize("visit", [0, 1])
+def test_a_map_by_true_poses_lies_on_the_worlds_raster(made, visit):
+    for resolution in (0.05, 0.06):
+        assert np.abs(raster_shift_cells(made(), visit, resolution)).max() < 0.5
+
+
+@pytest.mark.parametrize("made", LOGS)
+@pytest.mark.parametrize("turn", ["frame", "image"])
+def test_the_truth_takes_the_walls_of_b_onto_those_of_a(made, turn):
+    for resolution, noise in ((0.05, 0), (0.07, 0), (0.06, 1)):
+        spec_b = MapSpec(resolution=resolution, turn_deg=33.0, turn=turn)
+        assert wall_offset_px(make_pair(made(), MapSpec(), spec_b, 4, noise=noise)) < 0.7
+
+
+def test_a_map_that_lies_a_little_beside_the_raster_is_found_out():
+    log = office_log()
+    moved = replace(log, a=replace(log.a, poses=log.a.poses + np.array([0.03, -0.03, 0.0])))
+
+    off = raster_shift_cells(moved, 0) - raster_shift_cells(log, 0)
+    assert np.allclose(off, [0.6, -0.6], atol=0.25)
