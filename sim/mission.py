@@ -184,7 +184,7 @@ def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:
     drive = drivable(world)
     a_is_left = bool(rng.random() < 0.5)
     with physics(world, hz=spec.physics_hz) as bullet:
-        drivers = []
+        drivers: list[_Driver] = []
         for robot, from_left in ((spec.a, a_is_left), (spec.b, not a_is_left)):
             rooms = share_rooms(world, robot.share, from_left=from_left)
             start, tour = make_tour(world, drive, rooms, Steering(speed_m_s=robot.speed_m_s), rng)
