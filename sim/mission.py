@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rectmerge.errors import SimulationError
 from sim.bullet import Physics, physics
 from sim.casting import Caster
-from sim.coverage import SeenFloor, all_cuts, least_cells
+from sim.coverage import SeenFloor, all_cuts, least_area_m2
 from sim.driving import DriveField, Steering, Ways, cell_centres, drivable, nearest_drivable
 from sim.exploration import find_stops, keep_apart, make_tour, share_rooms, starts_apart
 from sim.frontiers import Frontiers
@@ -26,7 +26,8 @@ __all__ = ["MissionLog", "MissionSpec", "RobotLog", "RobotSpec", "cut_to_overlap
 
 CONTROL_EVERY = 3  # physics steps per control step
 CHECK_EVERY_S = 3.0  # between looks at whether anything more is needed
-NO_GAIN_S = 15.0  # without better cuts to the wanted overlap, and the mission ends
+NO_GAIN_S, GAIN = 15.0, 1.02  # so long without better cuts to a wanted overlap that was passed ends a mission
+FAR_ENOUGH = 0.7  # starts are this times the wanted overlap nearer than as far apart as can be
 UNHURRIED = 0.5  # of its top speed a robot makes good on a way, turns and doors included
 
 
@@ -54,14 +55,15 @@ def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:
         the wanted overlap; the message says what every try came to.
     """
     discarded: list[str] = []
-    drives = _drives(world)
+    drives, apart = _drives(world), None if spec.overlap is None else 1.0 - FAR_ENOUGH * spec.overlap
     for stream in np.random.SeedSequence(seed).spawn(spec.tries):
-        mission = _Mission(world, spec, drives, np.random.default_rng(stream))
+        mission = _Mission(world, spec, drives, apart, np.random.default_rng(stream))
         try:
             log = replace(mission.run(), seed=seed, discarded=tuple(discarded))
             return log if spec.overlap is None else cut_to_overlap(log, spec.overlap)
         except SimulationError as error:
             discarded.append(str(error))
+            apart = mission.better_apart()
     raise SimulationError(f"no mission in {spec.tries} tries: {'; '.join(dict.fromkeys(discarded))}")
 
 
@@ -74,14 +76,21 @@ def _drives(world: World) -> list[DriveField]:
 class _Mission:
     """One try: where both robots start, what guides them, and the simulation that they drive in."""
 
-    def __init__(self, world: World, spec: MissionSpec, drives: list[DriveField], rng: np.random.Generator) -> None:
+    def __init__(
+        self,
+        world: World,
+        spec: MissionSpec,
+        drives: list[DriveField],
+        apart: float | None,
+        rng: np.random.Generator,
+    ) -> None:
         self.world, self.spec, self.drives = world, spec, drives
         self.specs = (spec.a, spec.b)
         self.a_is_left = bool(rng.random() < 0.5)
         self.yaws = rng.uniform(-math.pi, math.pi, 2)
         self.ways = [Ways(drives[0])] * 2 if drives[0] is drives[1] else [Ways(drive) for drive in drives]
-        apart = rng.uniform(0.3, 1.0) if spec.overlap is None else 1.0 - spec.overlap
-        self.spots = starts_apart(drives[0], self.ways[0], apart, rng)
+        self.apart = rng.uniform(0.3, 1.0) if apart is None else apart
+        self.spots = starts_apart(drives[0], self.ways[0], self.apart, rng)
         self.seen = [SeenFloor(robot.lidar, drives[0].is_drivable.shape) for robot in self.specs]
         self.starts: list[NDArray[np.float64]] = []
         self.guides = [self._tour(k, rng) if self.specs[k].path == "tour" else self._frontiers(k) for k in (0, 1)]
@@ -175,13 +184,22 @@ class _Mission:
                 robot.pilot.replan()
 
     def _is_met(self, overlap: float, now: float) -> bool:
-        """Whether the logs can be cut to the wanted overlap and would, it seems, not gain from going on."""
+        """Whether the wanted overlap has been passed, and cuts to it have not gained for a while."""
         if min(seen.scans for seen in self.seen) < FEWEST_SCANS:
             return False
-        choice = all_cuts(*self.seen, fewest=FEWEST_SCANS).choose(overlap, least=least_cells(self.drives[0].is_drivable))
-        if choice is not None and choice.worth > 1.02 * self.best:
+        cuts = all_cuts(*self.seen, fewest=FEWEST_SCANS)
+        choice = cuts.choose(overlap, least_m2=least_area_m2(self.drives[0].is_drivable))
+        if choice is not None and choice.worth > GAIN * self.best:
             self.best, self.best_at = choice.worth, now
-        return self.best > 0 and now - self.best_at >= NO_GAIN_S
+        return self.best > 0 and cuts.overlaps[-1, -1] > overlap and now - self.best_at >= NO_GAIN_S
+
+    def better_apart(self) -> float | None:
+        """Tell how far apart to start next time: further where the maps had too much in common, nearer otherwise."""
+        if self.spec.overlap is None:
+            return None
+        least = least_area_m2(self.drives[0].is_drivable)
+        reached = all_cuts(*self.seen, fewest=1).range(least_m2=least) or (0.0, 0.0)
+        return (self.apart + 1) / 2 if reached[0] > self.spec.overlap else self.apart / 2
 
     def _end(self, robot: Robot) -> None:
         """Note what is left undone."""

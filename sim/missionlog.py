@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, SimulationError
 from rectmerge.imagefile import replace_file
-from sim.coverage import SeenFloor, all_cuts, least_cells
-from sim.driving import CELL_M, drivable
-from sim.lidar import Lidar
+from sim.coverage import FINE_M, SeenFloor, all_cuts, least_area_m2
+from sim.driving import drivable
 from sim.missionspec import MissionSpec
 from sim.world import World
 
@@ -101,12 +100,6 @@ class RobotLog:
         note = f"no progress in {self.stuck_s:.0f} of {self.times[-1]:.0f} s"
         return replace(self, note="; ".join(filter(None, (self.note, note))))
 
-    def seen_floor(self, lidar: Lidar, shape: tuple[int, int]) -> SeenFloor:
-        """Survey which cells of a drive field's grid its scans show, and since when."""
-        seen = SeenFloor(lidar, shape)
-        seen.add(self.poses, self.ranges)
-        return seen
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissionLog:
@@ -180,7 +173,7 @@ def cut_to_overlap(log: MissionLog, wanted: float) -> MissionLog:
     Returns
     -------
     MissionLog
-        With logs that show at least 25 square metres of floor each, or half the floor there is. A robot that closed
+        With logs that show at least 40 square metres of floor each, or half the floor there is. A robot that closed
         its loop keeps it where any such cut allows it.
 
     Raises
@@ -188,18 +181,17 @@ def cut_to_overlap(log: MissionLog, wanted: float) -> MissionLog:
     SimulationError
         If no pair of cuts has that overlap; the message says what there is.
     """
-    field_ = drivable(log.world)
-    floors = [
-        robot.seen_floor(spec.lidar, field_.is_drivable.shape)  # type: ignore[arg-type]
-        for robot, spec in ((log.a, log.spec.a), (log.b, log.spec.b))
-    ]
-    cuts, least = all_cuts(*floors, fewest=FEWEST_SCANS), least_cells(field_.is_drivable)
-    choice = cuts.choose(wanted, least=least, whole=(log.spec.a.closes_loop, log.spec.b.closes_loop))
+    shape = tuple(math.ceil(side / FINE_M) for side in log.world.size[::-1])
+    floors = [SeenFloor(robot.lidar, shape, cell_m=FINE_M) for robot in (log.spec.a, log.spec.b)]
+    for floor, robot in zip(floors, (log.a, log.b), strict=True):
+        floor.add(robot.poses, robot.ranges)
+    cuts, least = all_cuts(*floors, fewest=FEWEST_SCANS), least_area_m2(drivable(log.world).is_drivable)
+    choice = cuts.choose(wanted, least_m2=least, whole=(log.spec.a.closes_loop, log.spec.b.closes_loop))
     if choice is None:
-        reached = cuts.range(least=least)
-        between = "showed too little" if reached is None else f"can only be cut to {reached[0]:.2f} to {reached[1]:.2f}"
-        area_a, area_b = (CELL_M**2 * int(area[-1]) for area in (cuts.area_a, cuts.area_b))
-        raise SimulationError(f"an overlap of {wanted:g} is out of reach: maps of {area_a:.0f} and {area_b:.0f} m2 {between}")
+        reached = cuts.range(least_m2=least)
+        what = "show too little" if reached is None else f"can only be cut to {reached[0]:.2f} to {reached[1]:.2f}"
+        areas = f"maps of {cuts.area_a[-1]:.0f} and {cuts.area_b[-1]:.0f} m2"
+        raise SimulationError(f"an overlap of {wanted:g} is out of reach: {areas} {what}")
     ends = log.a.times[choice.scans_a - 1], log.b.times[choice.scans_b - 1]
     return replace(log, a=log.a.until(float(ends[0])), b=log.b.until(float(ends[1])))
 
