@@ -14,7 +14,7 @@ from rectmerge.overlap import measure_agreement
 from rectmerge.similarity import Similarity
 from scenarios.placement import MapSpec, PlacedMap, place_map
 from scenarios.truth import control_point_rmse, control_points, is_bent, known_extent
-from sim.mission import MissionLog
+from sim.missionlog import MissionLog
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -17,7 +17,7 @@ from scenarios.corruption import damage, noise_strength
 from scenarios.corruption.geometry import Size, turn_image
 from sim.lidar import Lidar
 from sim.mapping import HIT, LIMIT, MISS, build_map
-from sim.mission import RobotLog
+from sim.missionlog import RobotLog
 from sim.posing import PoseSource, Slam, estimate_poses
 
 
@@ -155,7 +155,7 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
     yaw = -math.radians(turn_deg) if spec.turn == "frame" else 0.0
     frame = (float(log.poses[0, 0] + phase[0]), float(log.poses[0, 1] + phase[1]), yaw)  # about where the robot started
     strength = noise_strength(noise)
-    ranges = lidar.observe(log.ranges, None, of_scans, level=strength) if strength else lidar.limit(log.ranges)
+    ranges = lidar.observe(log.ranges, log.glass, of_scans, level=strength) if strength else lidar.limit(log.ranges)
     poses, upright = _laid_down(log, lidar, spec, ranges, frame, of_poses)
     upright = damage(upright, noise, of_cells)
     if spec.extent_cells is not None:

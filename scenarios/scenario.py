@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import tomllib
 import zlib
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 import cattrs
 import numpy as np
+from cattrs.gen import make_dict_structure_fn
 
 from rectmerge.errors import InputError, ScenarioError
 from scenarios.corruption import NOISE_LEVELS
 from scenarios.pairs import MapPair, make_pair
 from scenarios.placement import MapSpec
 from sim.floorplans import WorldSpec, make_world
+from sim.lidar import Lidar, lidar_named
 from sim.mission import MissionLog, MissionSpec, run_mission
 
 SUITES = Path(__file__).parent / "suites"
@@ -206,7 +208,18 @@ def _converter() -> cattrs.Converter:
     converter.register_structure_hook(bool, lambda value, _: _exactly(value, bool, "true or false"))
     converter.register_structure_hook(float | Literal["random"], lambda value, _: value)  # MapSpec checks it
     converter.register_structure_hook_func(lambda kind: str(get_origin(kind)) == "typing.Literal", _one_of)
+    lidar = make_dict_structure_fn(Lidar, converter, _cattrs_forbid_extra_keys=True)
+    converter.register_structure_hook(Lidar, lambda value, kind: _scanner(value, lambda table: lidar(table, kind)))
     return converter
+
+
+def _scanner(value: Any, read: Callable[[dict[str, Any]], Lidar]) -> Lidar:
+    """A scanner by the name of its profile, or a table, whose `profile` stands for the fields it leaves out."""
+    if isinstance(value, str):
+        return lidar_named(value)
+    if "profile" not in value:
+        return read(value)
+    return read(asdict(lidar_named(value["profile"])) | {k: v for k, v in value.items() if k != "profile"})
 
 
 def _one_of(value: Any, kind: Any) -> Any:

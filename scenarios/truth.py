@@ -13,7 +13,7 @@ from rectmerge.grid import OccupancyGrid
 from scenarios.placement import PlacedMap
 from sim.lidar import Lidar
 from sim.mapping import scan_points
-from sim.mission import MissionLog, RobotLog
+from sim.missionlog import MissionLog, RobotLog
 from sim.world import World
 
 MOST_CONTROL_POINTS, FEWEST_CONTROL_POINTS = 400, 20

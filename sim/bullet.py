@@ -27,6 +27,7 @@ WHEEL_RADIUS_M, TRACK_M = 0.05, 0.28  # as in robot.urdf
 WHEEL_TORQUE_NM = 2.0
 RAY_BIT, FLOOR_BIT, SOLID_BIT, GLASS_BIT = 1, 2, 4, 8  # collision groups; rays are in PyBullet's first
 VISIT_BITS = (16, 32)
+BOTH_ASK = 0  # two bodies touch if both ask for each other; unasked, PyBullet takes either for enough
 FIRST_ROBOT_BIT, MOST_ROBOTS = 64, 16
 ROBOT_BITS = FIRST_ROBOT_BIT * (2**MOST_ROBOTS - 1)
 MOST_RAYS = 3999  # a larger batch comes back empty without a word
@@ -71,6 +72,7 @@ class Physics:
             fixedTimeStep=1.0 / hz,
             numSolverIterations=SOLVER_ITERATIONS,
             deterministicOverlappingPairs=1,
+            collisionFilterMode=BOTH_ASK,
             physicsClientId=client,
         )
         self._stand(bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client), FLOOR_BIT)

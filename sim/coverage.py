@@ -11,13 +11,14 @@ from sim._kernels.seeing import see_scans
 from sim.driving import CELL_M
 from sim.lidar import Lidar
 
+FINE_M = 0.05  # cells for the last word on an overlap: about those of the maps that will be made
 MOST_CUTS = 400  # a longer log is cut at as many evenly spaced scans
-TOLERANCE = 0.02  # of an overlap on these coarse cells; the finished maps' overlap is then within 0.05
-LEAST_M2, LEAST_SHARE = 25.0, 0.5  # a map worth making shows so much floor, or so much of it where there is little
+TOLERANCE = 0.015  # of an overlap on cells of this module; the finished maps' overlap is then within 0.05
+LEAST_M2, LEAST_SHARE = 40.0, 0.5  # a map worth making shows so much floor, or so much of it where there is little
 
 
 class SeenFloor:
-    """The cells, of `CELL_M`, that one robot's beams have crossed.
+    """The cells that one robot's beams have crossed.
 
     Parameters
     ----------
@@ -25,10 +26,12 @@ class SeenFloor:
         The robot's scanner.
     shape
         Of the grid (H, W); row 0 at the bottom, its corner at the world's origin.
+    cell_m
+        Side of a cell; that of drive fields unless given.
     """
 
-    def __init__(self, lidar: Lidar, shape: tuple[int, int]) -> None:
-        self._lidar, self._angles = lidar, lidar.angles
+    def __init__(self, lidar: Lidar, shape: tuple[int, ...], *, cell_m: float = CELL_M) -> None:
+        self._lidar, self._angles, self.cell_m = lidar, lidar.angles, cell_m
         self.since = np.full(shape, -1, dtype=np.int32)
         self.is_hit = np.zeros(shape, dtype=np.bool_)
         self.scans = 0
@@ -42,7 +45,7 @@ class SeenFloor:
     def add(self, poses: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
         """Add scans, in order: poses (x, y, yaw), shape (S, 3), and true ranges, shape (S, B)."""
         near, far = self._lidar.min_range_m, self._lidar.max_range_m
-        see_scans(poses, self._angles, ranges, near, far, CELL_M, self.scans, self.since, self.is_hit)
+        see_scans(poses, self._angles, ranges, near, far, self.cell_m, self.scans, self.since, self.is_hit)
         self.scans += len(poses)
 
     def share_of(self, floor: NDArray[np.bool_]) -> float:
@@ -59,31 +62,31 @@ class Cuts:
     kept_a, kept_b
         How many scans are kept by each cut, ascending, shapes (N,) and (M,).
     area_a, area_b
-        Cells that the kept scans show free, shapes (N,) and (M,).
+        Floor that the kept scans show, shapes (N,) and (M,), square metres.
     common
-        Cells that both show, shape (N, M).
+        Floor that both show, shape (N, M), square metres.
     """
 
     kept_a: NDArray[np.int64]
     kept_b: NDArray[np.int64]
-    area_a: NDArray[np.int64]
-    area_b: NDArray[np.int64]
-    common: NDArray[np.int64]
+    area_a: NDArray[np.float64]
+    area_b: NDArray[np.float64]
+    common: NDArray[np.float64]
 
     @property
     def overlaps(self) -> NDArray[np.float64]:
         """The overlap of every pair of cuts, shape (N, M): what is common over the smaller area."""
-        return self.common / np.maximum(1, np.minimum(self.area_a[:, None], self.area_b))
+        return self.common / np.maximum(1e-9, np.minimum(self.area_a[:, None], self.area_b))
 
-    def choose(self, wanted: float, *, least: float, whole: tuple[bool, bool] = (False, False)) -> Choice | None:
+    def choose(self, wanted: float, *, least_m2: float, whole: tuple[bool, bool] = (False, False)) -> Choice | None:
         """Choose the cuts with the wanted overlap that leave the largest product of areas; of equal ones the latest.
 
         Parameters
         ----------
         wanted
             The overlap, met within `TOLERANCE`.
-        least
-            Cells that each part must show.
+        least_m2
+            Floor that each part must show.
         whole
             Whether A's log, and B's, had better stay whole; this goes before areas.
 
@@ -92,20 +95,21 @@ class Cuts:
         Choice or None
             None where no pair of cuts will do.
         """
-        is_fit = (np.abs(self.overlaps - wanted) <= TOLERANCE) & (self.area_a >= least)[:, None]
-        is_fit &= self.area_b >= least
+        is_fit = (np.abs(self.overlaps - wanted) <= TOLERANCE) & (self.area_a >= least_m2)[:, None]
+        is_fit &= self.area_b >= least_m2
         if not is_fit.any():
             return None
-        worth = np.where(is_fit, self.area_a[:, None] * self.area_b, 0) / max(1, self.area_a[-1] * self.area_b[-1])
-        worth[-1, :] += is_fit[-1, :] * whole[0]
-        worth[:, -1] += is_fit[:, -1] * whole[1]
+        worth = np.where(is_fit, self.area_a[:, None] * self.area_b, 0.0)
+        most = float(self.area_a[-1] * self.area_b[-1])
+        worth[-1, :] += is_fit[-1, :] * (whole[0] * most)
+        worth[:, -1] += is_fit[:, -1] * (whole[1] * most)
         last = worth.size - 1 - int(np.argmax(worth[::-1, ::-1]))
         i, j = divmod(last, worth.shape[1])
         return Choice(int(self.kept_a[i]), int(self.kept_b[j]), float(self.overlaps[i, j]), float(worth[i, j]))
 
-    def range(self, *, least: float) -> tuple[float, float] | None:
-        """Return the least and the largest overlap of parts that each show enough cells; None where none does."""
-        enough = (self.area_a >= least)[:, None] & (self.area_b >= least)
+    def range(self, *, least_m2: float) -> tuple[float, float] | None:
+        """Return the least and the largest overlap of parts that each show enough floor; None where none does."""
+        enough = (self.area_a >= least_m2)[:, None] & (self.area_b >= least_m2)
         met = self.overlaps[enough]
         return (float(met.min()), float(met.max())) if met.size else None
 
@@ -121,12 +125,13 @@ class Choice:
 
 
 def all_cuts(a: SeenFloor, b: SeenFloor, *, fewest: int) -> Cuts:
-    """Survey the cuts of two logs that leave each at least `fewest` scans."""
+    """Survey the cuts of two logs, seen on one grid, that leave each at least `fewest` scans."""
     kept_a, kept_b = (np.unique(np.linspace(fewest, floor.scans, MOST_CUTS).astype(np.int64)) for floor in (a, b))
     n, m = len(kept_a), len(kept_b)
     since_a, since_b = _first_cut(a, kept_a), _first_cut(b, kept_b)  # 0..n, 0..m; n and m: never seen
     counts = np.bincount((since_a * (m + 1) + since_b).ravel(), minlength=(n + 1) * (m + 1)).reshape(n + 1, m + 1)
     upto = counts.cumsum(axis=0).cumsum(axis=1)
+    upto = upto * a.cell_m**2
     return Cuts(kept_a, kept_b, upto[:n, m], upto[n, :m], upto[:n, :m])
 
 
@@ -136,6 +141,6 @@ def _first_cut(floor: SeenFloor, kept: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.where(floor.is_free, first[floor.since], len(kept))
 
 
-def least_cells(floor: NDArray[np.bool_]) -> float:
-    """Return how many cells a map must show to be worth making, given the drivable floor, shape (H, W)."""
-    return min(LEAST_M2 / CELL_M**2, LEAST_SHARE * np.count_nonzero(floor))
+def least_area_m2(floor: NDArray[np.bool_]) -> float:
+    """Return how much floor a map must show to be worth making, given the drivable floor, shape (H, W)."""
+    return min(LEAST_M2, LEAST_SHARE * CELL_M**2 * np.count_nonzero(floor))

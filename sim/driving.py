@@ -104,7 +104,7 @@ def shortest_path(
     path = way_down(costs, start)
     if path is None:
         raise SimulationError(f"no way from {np.round(start, 2).tolist()} to {np.round(goal, 2).tolist()}")
-    return path, float(costs[nearest_cell(np.isfinite(costs), start)]) * CELL_M
+    return path, cost_m(costs, start)
 
 
 def costs_from(prices: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -129,10 +129,54 @@ def way_down(costs: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[
     return cell_centres(*paths.descend(costs, row, col).T)
 
 
+class Ways:
+    """Shortest paths over one drive field; the costs from a goal are computed once and serve every way to it."""
+
+    def __init__(self, drive: DriveField) -> None:
+        self.prices = drive.prices()
+        self._costs: dict[tuple[int, int], NDArray[np.float64]] = {}
+
+    def costs(self, goal: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the cost in cells between every cell and a goal."""
+        cell = nearest_cell(np.isfinite(self.prices), goal)
+        if cell not in self._costs:
+            self._costs[cell] = paths.cost_to_goal(self.prices, *cell)
+        return self._costs[cell]
+
+    def cost_m(self, start: NDArray[np.float64], goal: NDArray[np.float64]) -> float:
+        """Return the cost of the way between two points, in metres of comfortable driving."""
+        return cost_m(self.costs(goal), start)
+
+    def path(
+        self, start: NDArray[np.float64], goal: NDArray[np.float64], blocked: NDArray[np.bool_] | None = None
+    ) -> NDArray[np.float64] | None:
+        """Return the waypoints (N, 2) of the way, off blocked cells (H, W); None where there is none."""
+        if blocked is None:
+            return way_down(self.costs(goal), start)
+        return way_down(costs_from(np.where(blocked, np.inf, self.prices), goal), start)
+
+
+def cost_m(costs: NDArray[np.float64], start: NDArray[np.float64]) -> float:
+    """Read a field of `costs_from` at a point, in metres of comfortable driving."""
+    return float(costs[nearest_cell(np.isfinite(costs), start)]) * CELL_M
+
+
+def disc(shape: tuple[int, ...], centre: NDArray[np.float64], radius_m: float) -> NDArray[np.bool_]:
+    """Return the cells (H, W) whose centres lie within a radius of a point in metres."""
+    rows, cols = (np.arange(n) * CELL_M + CELL_M / 2 for n in shape)
+    inside: NDArray[np.bool_] = (rows[:, None] - centre[1]) ** 2 + (cols - centre[0]) ** 2 < radius_m**2
+    return inside
+
+
 def cell_centres(rows: NDArray[np.int64], cols: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return the centres of cells of a drive field, shape (N, 2), metres."""
     centres: NDArray[np.float64] = (np.stack([cols, rows], axis=-1).astype(np.float64) + 0.5) * CELL_M
     return centres
+
+
+def cell_at(point: NDArray[np.float64]) -> tuple[int, int]:
+    """Return the (row, col) of the cell that a point in metres lies in, inside the grid or not."""
+    return math.floor(point[1] / CELL_M), math.floor(point[0] / CELL_M)
 
 
 def nearest_drivable(field: DriveField, point: NDArray[np.float64]) -> tuple[int, int]:
@@ -142,7 +186,7 @@ def nearest_drivable(field: DriveField, point: NDArray[np.float64]) -> tuple[int
 
 def nearest_cell(mask: NDArray[np.bool_], point: NDArray[np.float64]) -> tuple[int, int]:
     """Return the (row, col) of a mask that is nearest to a point in metres; the mask must not be empty."""
-    row, col = math.floor(point[1] / CELL_M), math.floor(point[0] / CELL_M)
+    row, col = cell_at(point)
     if 0 <= row < mask.shape[0] and 0 <= col < mask.shape[1] and mask[row, col]:
         return row, col
     rows, cols = np.nonzero(mask)
@@ -184,3 +228,26 @@ def look_ahead(
     nearest = reached + int(np.argmin(np.hypot(window[:, 0] - position[0], window[:, 1] - position[1])))
     aim = min(len(path) - 1, nearest + max(1, round(LOOK_AHEAD_M / CELL_M)))
     return path[aim], nearest
+
+
+class Follower:
+    """A path and how far along it a robot has come."""
+
+    def __init__(self, path: NDArray[np.float64]) -> None:
+        self._path, self._at = path, 0
+
+    @property
+    def end(self) -> NDArray[np.float64]:
+        """The last waypoint, (2,)."""
+        last: NDArray[np.float64] = self._path[-1]
+        return last
+
+    @property
+    def rest(self) -> NDArray[np.float64]:
+        """The waypoints that lie ahead, (N, 2)."""
+        return self._path[self._at :]
+
+    def target(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the point to steer to from a position."""
+        target, self._at = look_ahead(self._path, position, self._at)
+        return target

@@ -13,7 +13,7 @@ from rectmerge.grid import OccupancyGrid
 from scenarios.pairs import MapPair
 from sim.lidar import Lidar
 from sim.mapping import build_map
-from sim.mission import MissionLog, RobotLog
+from sim.missionlog import MissionLog, RobotLog
 
 MOST_POINTS = 1500
 FINER = 5

@@ -7,7 +7,7 @@ import pytest
 from scenarios.pairs import make_pair
 from scenarios.placement import MapSpec
 from scenarios.scenario import load_suite
-from sim.mission import MissionLog
+from sim.missionlog import MissionLog
 from tests.scenarios.exactness import raster_shift_cells, wall_offset_px
 from tests.sim.made import office_log
 

@@ -1,5 +1,6 @@
 import math
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,6 +8,7 @@ import pytest
 from rectmerge.errors import ScenarioError
 from scenarios.scenario import Seeds, load_suite, suite_names
 from sim.floorplans import WorldSpec
+from sim.lidar import LIDARS, Lidar
 
 GOOD = """
 title = "Two"
@@ -52,6 +54,20 @@ def test_robots_that_map_by_their_own_poses_may_differ_in_their_mappers(tmp_path
     assert (one.b.poses, one.b.loop_closure, one.b.slam.wheel_level, one.b.miss) == ("truth", False, 1.0, 0.4)
 
 
+@pytest.mark.parametrize(
+    ("written_as", "meant"),
+    [
+        ('"utm-30lx"', LIDARS["utm-30lx"]),
+        ('{ profile = "utm-30lx", beams = 90 }', replace(LIDARS["utm-30lx"], beams=90)),
+        ("{ dropout = 0 }", Lidar(dropout=0.0)),
+    ],
+)
+def test_a_scanner_is_a_profile_a_table_or_both(tmp_path, written_as, meant):
+    suite = load_suite(written(tmp_path, GOOD.replace("{ beams = 180 }", written_as)))
+
+    assert suite.scenarios[0].mission.a.lidar == meant
+
+
 def test_there_is_one_source_per_mission_with_an_id_per_noise_level(tmp_path):
     sources = load_suite(written(tmp_path, GOOD)).sources()
 
@@ -73,6 +89,24 @@ def test_scenarios_seeds_and_purposes_draw_from_seeds_of_their_own(tmp_path):
         ("rooms = 6", "romms = 6", "some.toml: scenarios[0].world: unknown key 'romms'"),
         ('name = "two"', 'name = "two"\nseed = 1', "some.toml: scenarios[1]: unknown key 'seed'"),
         ("beams = 180", "beam = 180", "some.toml: scenarios[0].mission.a.lidar: unknown key 'beam'"),
+        (
+            "{ beams = 180 }",
+            '"rplidar"',
+            "some.toml: scenarios[0].mission.a.lidar: no lidar 'rplidar'; there are: rplidar-a1,",
+        ),
+        (
+            "{ beams = 180 }",
+            "{ profile = 1 }",
+            "some.toml: scenarios[0].mission.a.lidar: no lidar 1; there are: rplidar-a1,",
+        ),
+        ("{ beams = 180 }", "{ beams = 0 }", "some.toml: scenarios[0].mission.a.lidar: beams must be 1 to 3600, got 0"),
+        ("{ beams = 180 }", "180", "some.toml: scenarios[0].mission.a.lidar: must be a table or a list"),
+        ("{ beams = 180 }", "[180]", "some.toml: scenarios[0].mission.a.lidar: must be a table or a list"),
+        (
+            "{ beams = 180 }",
+            '{ profile = "lms1xx", beam = 9 }',
+            "some.toml: scenarios[0].mission.a.lidar: unknown key 'beam'",
+        ),
         ('title = "Two"', 'title = "Two"\nname = "x"', "some.toml: unknown key 'name'"),
         ('title = "Two"', "", "some.toml: title: missing"),
         ("rooms = 6", 'rooms = "6"', "some.toml: scenarios[0].world.rooms: must be a whole number, got '6'"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,3 +56,10 @@ def wall_distance(world: World, points: NDArray[np.float64]) -> NDArray[np.float
             share = np.clip(((points - start) @ edge) / (edge @ edge), 0.0, 1.0)
             nearest = np.minimum(nearest, np.hypot(*(points - start - share[:, None] * edge).T))
     return nearest
+
+
+def glass_world() -> World:
+    """The box with a pane across a part of it, a crate that only A finds and another that only B finds."""
+    pane = Prism(np.array([[4.6, 1.2], [4.62, 1.2], [4.62, 3.8], [4.6, 3.8]]), 2.5)
+    crates = [Prism(np.array([[2.2, y], [2.6, y], [2.6, y + 0.4], [2.2, y + 0.4]]), 0.9) for y in (0.4, 3.0)]
+    return replace(box_world(), glass=(pane,), visits=((crates[0],), (crates[1],)))

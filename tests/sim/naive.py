@@ -4,28 +4,60 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.world import World
+from sim.lidar import Reading
+from sim.world import Prism, World
 
 
 def cast(world: World, pose: NDArray[np.float64], angles: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
     """Meet every ray with every edge of every obstacle."""
+    nearest = meet_edges(world.obstacles, pose, angles)
+    return np.where(nearest < reach, nearest, np.inf)
+
+
+def read(
+    world: World,
+    pose: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    reach: float,
+    height: float,
+    circles: Iterable[tuple[float, float, float]] = (),
+) -> Reading:
+    """Meet every ray with every edge at a height, and with circles (x, y, radius); panes count up to the first hit."""
+    solid, glass = (
+        [p for p in prisms if p.bottom <= height < p.top] for prisms in (world.walls + world.furniture, world.glass)
+    )
+    ranges = meet_edges(solid, pose, angles)
+    for k, angle in enumerate(pose[2] + angles):
+        for x, y, radius in circles:
+            ahead = (x - pose[0]) * math.cos(angle) + (y - pose[1]) * math.sin(angle)
+            aside = (y - pose[1]) * math.cos(angle) - (x - pose[0]) * math.sin(angle)
+            if abs(aside) <= radius < math.hypot(x - pose[0], y - pose[1]) and ahead > 0:
+                ranges[k] = min(ranges[k], ahead - math.sqrt(radius**2 - aside**2))
+    ranges = np.where(ranges < reach, ranges, np.inf)
+    panes = meet_edges(glass, pose, angles)
+    return Reading(ranges, np.where(panes < np.minimum(ranges, reach), panes, np.inf))
+
+
+def meet_edges(prisms: Iterable[Prism], pose: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far every ray gets before any edge of any prism; a billionth of an edge is added at both ends."""
     heading = pose[2] + angles
     along = np.stack([np.cos(heading), np.sin(heading)], axis=-1)  # (N, 2)
     nearest = np.full(len(angles), np.inf)
-    for prism in world.obstacles:
+    for prism in prisms:
         for start, end in zip(prism.outline, np.roll(prism.outline, -1, axis=0), strict=True):
             edge, away = end - start, start - pose[:2]
             cross = along[:, 0] * edge[1] - along[:, 1] * edge[0]
             with np.errstate(divide="ignore", invalid="ignore"):
                 distance = (away[0] * edge[1] - away[1] * edge[0]) / cross
                 share = (away[0] * along[:, 1] - away[1] * along[:, 0]) / cross
-            hit = (distance > 0) & (share >= 0) & (share <= 1)
+            hit = (distance > 0) & (share >= -1e-9) & (share <= 1 + 1e-9)
             nearest = np.where(hit, np.minimum(nearest, distance), nearest)
-    return np.where(nearest < reach, nearest, np.inf)
+    return nearest
 
 
 def trace_scan(
