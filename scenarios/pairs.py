@@ -41,6 +41,9 @@ class MapPair:
         The true overlap as in DESIGN's scoring; None when unrelated.
     info
         Everything else a row may carry: family, variant, seed, noise, resolution_a, resolution_b, pose_source, ...
+    poses
+        Where the two maps took the scanners to be at each scan of the mission: (x, y, yaw), shape (S, 3) each. None
+        where there is no mission.
     """
 
     pair_id: str
@@ -54,6 +57,7 @@ class MapPair:
     place: str
     overlap: float | None = None
     info: Mapping[str, Any] = field(default_factory=dict)
+    poses: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
 
 class PairSource(Protocol):
@@ -101,9 +105,9 @@ def make_pair(
     -------
     MapPair
         Unrelated where the two maps show fewer than 20 common surface cells. `info` holds the true turns in degrees
-        (counter-clockwise to the eye), kinds of turn, resolutions, noise, seeds, how the robots fared and where their
-        poses come from: `pose_source`, `ate_a_m` and `ate_b_m` (RMSE of the estimated positions, metres), and `bent`,
-        whether no similarity is true to the pair within 1.5 % of A's extent.
+        (counter-clockwise to the eye), kinds of turn, resolutions, origins in the world, noise, seeds, how the robots
+        fared and where their poses come from: `pose_source`, `ate_a_m` and `ate_b_m` (RMSE of the estimated
+        positions, metres), and `bent`, whether no similarity is true to the pair within 1.5 % of A's extent.
     """
     of_a, of_b, of_points = np.random.SeedSequence(seed).spawn(3)
     a = place_map(log.a, log.spec.a.lidar, spec_a, noise=noise, seed=of_a)
@@ -129,6 +133,7 @@ def make_pair(
             **_info(log, {"a": spec_a, "b": spec_b}, {"a": a, "b": b}, seed, noise),
             "bent": residual is not None and is_bent(residual / known_extent(a.grid)),
         },
+        poses=(a.poses, b.poses),
     )
 
 
@@ -145,6 +150,7 @@ def _info(
     }
     for name, robot in (("a", log.a), ("b", log.b)):
         info[f"resolution_{name}"] = specs[name].resolution
+        info[f"origin_{name}"] = list(maps[name].origin)
         info[f"turn_{name}_deg"] = maps[name].turn_deg
         info[f"turn_{name}"] = specs[name].turn
         info[f"pose_source_{name}"] = specs[name].poses

@@ -127,6 +127,14 @@ class PlacedMap:
         return self.world_to_pixel(points + (taken[:, :2] - was[:, :2]) + swing)
 
     @property
+    def origin(self) -> tuple[float, float, float]:
+        """Where the grid's lower-left corner lies in the world and how its rows run: a ROS map's origin there."""
+        height = self.grid.shape[0]
+        corners = self._turned.inverse().apply([[-0.5, height - 0.5], [0.5, height - 0.5]])
+        corner, right = self._frame.apply(self._upright.pixel_to_map(corners))
+        return float(corner[0]), float(corner[1]), math.atan2(right[1] - corner[1], right[0] - corner[0])
+
+    @property
     def ate_m(self) -> float:
         """The trajectory's error: RMSE of the positions after the best rigid alignment with the true ones, metres."""
         taken, was = (poses[:, :2] - poses[:, :2].mean(axis=0) for poses in (self.poses, self.true_poses))
