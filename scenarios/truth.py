@@ -55,8 +55,8 @@ def control_points(log: MissionLog, a: PlacedMap, b: PlacedMap, rng: np.random.G
     in_a = a.shown_at(world, scans_a[_any_of(common, keys_a, of_a)])
     in_b = b.shown_at(world, scans_b[_any_of(common, keys_b, of_b)])
     is_seen = _is_shown(a.grid, in_a) & _is_shown(b.grid, in_b)
-    for robot in (log.spec.a, log.spec.b):
-        is_seen &= _is_surface(log.world, world, robot.lidar.height_m)
+    for height_m in {robot.lidar.height_m for robot in (log.spec.a, log.spec.b)}:
+        is_seen &= _is_surface(log.world, world, height_m)
     seen = np.flatnonzero(is_seen)
     if len(seen) < FEWEST_CONTROL_POINTS:
         return None
@@ -125,10 +125,12 @@ def _is_surface(world: World, points: NDArray[np.float64], height_m: float) -> N
     beside = np.zeros(len(points), dtype=np.bool_)
     for prism in world.walls + world.furniture:
         if prism.bottom <= height_m < prism.top:
+            low, high = prism.outline.min(axis=0) - SURFACE_WITHIN_M, prism.outline.max(axis=0) + SURFACE_WITHIN_M
+            around = np.flatnonzero(((points > low) & (points < high)).all(axis=1))
             edges = np.roll(prism.outline, -1, axis=0) - prism.outline  # (C, 2), counter-clockwise
             outward = np.stack([edges[:, 1], -edges[:, 0]], axis=-1) / np.hypot(*edges.T)[:, None]
-            away = (points @ outward.T - (prism.outline * outward).sum(axis=1)).max(axis=1)  # beyond the farthest side
-            beside |= away < SURFACE_WITHIN_M
+            away = points[around] @ outward.T - (prism.outline * outward).sum(axis=1)  # (M, C), beyond each side
+            beside[around] |= away.max(axis=1) < SURFACE_WITHIN_M
     return beside
 
 

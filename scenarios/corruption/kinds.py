@@ -10,7 +10,7 @@ import numpy as np
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from scenarios.corruption import cells, geometry
-from scenarios.corruption.geometry import Damaged
+from scenarios.corruption.motions import Damaged
 
 PER_CELLS = 10_000  # rays and blobs are counted per this many known cells
 

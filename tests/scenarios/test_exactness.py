@@ -7,6 +7,7 @@ import pytest
 from scenarios.pairs import make_pair
 from scenarios.placement import MapSpec
 from scenarios.scenario import load_suite
+from scenarios.truth import known_extent
 from sim.missionlog import MissionLog
 from tests.scenarios.exactness import raster_shift_cells, wall_offset_px
 from tests.sim.made import office_log
@@ -42,3 +43,15 @@ def test_a_map_that_lies_a_little_beside_the_raster_is_found_out():
     off = raster_shift_cells(moved, 0) - raster_shift_cells(log, 0)
     assert off[0] > 0.3
     assert off[1] < -0.3
+
+
+@pytest.mark.sim
+def test_maps_by_the_robots_own_poses_have_a_truth_that_fits_them_as_far_as_they_drift():
+    spec_a, spec_b = MapSpec(poses="slam"), MapSpec(poses="slam", resolution=0.06, turn_deg=20.0)
+    pair, again = (make_pair(simulated(), spec_a, spec_b, 5, noise=1) for _ in range(2))
+
+    assert np.array_equal(pair.b.occupancy, again.b.occupancy)
+    assert 0.1 < pair.residual_px < 0.03 * known_extent(pair.a)
+    assert 0.0 < pair.info["ate_a_m"] < 0.5
+    assert pair.info["bent"] == (pair.residual_px > 0.015 * known_extent(pair.a))
+    assert wall_offset_px(pair) < 1.2
