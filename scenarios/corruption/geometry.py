@@ -1,7 +1,7 @@
 """Damage that moves points: what a map shows, and by the same index map where its points went.
 
-Every new cell takes the value of the old cell that came there, the strongest where several did (occupied, free, unknown);
-`Damaged.moved` is the motion that was used, between pixel centres.
+Every new cell takes the value of the old cell that came there, of several the strongest: occupied, then free, then
+unknown. `Damaged.moved` is the motion that was used, between pixel centres.
 """
 
 from __future__ import annotations
