@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
+from sim._kernels.loops import solve_profile
 from sim.matching import GrowingMap, scan_hits
 from sim.odometry import between, compose, wrapped
 
@@ -16,11 +17,12 @@ RECENT = 25  # key scans that are no loop yet, and those that the robot's map be
 AROUND = 8  # key scans before and after an old one that together make the map which the new one is laid on
 NEAR_M = 2.5  # between a key scan and an old one that it may know again
 WINDOW_M, WINDOW_RAD = 1.5, math.radians(15.0)
-KNOWN_AGAIN = 0.3  # score from which the old place is believed
+TRUST = (0.05, 0.5)  # in the present poses: what a place must fit better per m^2 and rad^2 that it is off
+KNOWN_AGAIN, GRIPS = 0.28, 0.15  # score and grip from which the old place is believed: not along a bare corridor
 STEP_STD, LINK_STD = np.array([0.03, 0.03, 0.01]), np.array([0.03, 0.03, 0.007])  # metres, metres, radians
-AGREES_M, AGREES_RAD = 0.03, math.radians(0.3)  # a link that tells no more than this changes nothing
+AGREES_M, AGREES_RAD = 0.05, math.radians(0.5)  # a link that tells no more than this changes nothing
 CONTRADICTS = 8.0  # standard deviations that no link may be stretched by
-ROUNDS, ENOUGH = 15, 1e-4
+ROUNDS, ENOUGH = 15, 1e-3  # metres, radians
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,10 +79,9 @@ def solve_graph(poses: NDArray[np.float64], links: Links) -> NDArray[np.float64]
     poses = poses.copy()
     for _ in range(ROUNDS):
         system, right = _normal_equations(poses, links)
-        try:
-            step = np.linalg.solve(system[3:, 3:], right[3:]).reshape(-1, 3)
-        except np.linalg.LinAlgError as error:
-            raise InputError("a pose of the graph hangs on no link") from error
+        if not solve_profile(system, right):
+            raise InputError("a pose of the graph hangs on no link")
+        step = right.reshape(-1, 3)
         poses[1:] += step
         poses[:, 2] = wrapped(poses[:, 2])
         if np.abs(step).max(initial=0.0) < ENOUGH:
@@ -89,7 +90,7 @@ def solve_graph(poses: NDArray[np.float64], links: Links) -> NDArray[np.float64]
 
 
 def _normal_equations(poses: NDArray[np.float64], links: Links) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return J^T J, shape (3K, 3K), and -J^T e, shape (3K,), of the stretched links."""
+    """Return J^T J, and -J^T e of the stretched links, for all poses but the first."""
     count, first, second = len(poses), links.pairs[:, 0], links.pairs[:, 1]
     of_first, of_second = _jacobians(poses[first], poses[second], links)
     error = links.stretch(poses)
@@ -99,7 +100,8 @@ def _normal_equations(poses: NDArray[np.float64], links: Links) -> tuple[NDArray
         np.add.at(right, p, -np.einsum("eki,ek->ei", of_p, error))
         for q, of_q in ends:
             np.add.at(system, (p, q), np.einsum("eki,ekj->eij", of_p, of_q))
-    return system.transpose(0, 2, 1, 3).reshape(3 * count, 3 * count), right.ravel()
+    free = 3 * count - 3  # the first pose stays
+    return system[1:, 1:].transpose(0, 2, 1, 3).reshape(free, free), right[1:].ravel()
 
 
 def _jacobians(
@@ -189,8 +191,8 @@ class KeyScans:
             return False
         scans = np.arange(max(0, old - AROUND), min(newest - RECENT, old + AROUND) + 1)
         place = self.lay_out(scans)
-        found = place.match(points, self.poses[-1], window_m=WINDOW_M, window_rad=WINDOW_RAD)
-        if found.score < KNOWN_AGAIN:
+        found = place.match(points, self.poses[-1], window_m=WINDOW_M, window_rad=WINDOW_RAD, trust=TRUST)
+        if found.score < KNOWN_AGAIN or found.grip < GRIPS:
             return False
         links = self._with_link(old, newest, between(self.poses[old], found.pose), LINK_STD)
         gap = between(self.poses[-1], found.pose)
