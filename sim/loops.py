@@ -101,7 +101,8 @@ def _normal_equations(poses: NDArray[np.float64], links: Links) -> tuple[NDArray
         for q, of_q in ends:
             np.add.at(system, (p, q), np.einsum("eki,ekj->eij", of_p, of_q))
     free = 3 * count - 3  # the first pose stays
-    return system[1:, 1:].transpose(0, 2, 1, 3).reshape(free, free), right[1:].ravel()
+    blocks: NDArray[np.float64] = system[1:, 1:].transpose(0, 2, 1, 3)
+    return blocks.reshape(free, free), right[1:].ravel()
 
 
 def _jacobians(
@@ -144,7 +145,7 @@ def carry(trail: NDArray[np.float64], kept: NDArray[np.int64], poses: NDArray[np
     share = (scans - kept[before]) / np.maximum(kept[after] - kept[before], 1)
     share = np.clip(share, 0.0, 1.0)[:, None]
     from_before, from_after = (compose(poses[k], between(trail[kept[k]], trail)) for k in (before, after))
-    carried = from_before + share * (from_after - from_before)
+    carried: NDArray[np.float64] = from_before + share * (from_after - from_before)
     carried[:, 2] = wrapped(from_before[:, 2] + share[:, 0] * wrapped(from_after[:, 2] - from_before[:, 2]))
     return carried
 
@@ -166,15 +167,14 @@ class KeyScans:
 
     def __init__(self, angles: NDArray[np.float64], max_range_m: float, resolution_m: float, beams: int) -> None:
         self.poses = np.empty((0, 3))
-        self.ranges = np.empty((0, len(angles)))
-        self.closed = 0
-        self._angles, self.max_range_m, self._resolution_m, self._beams = angles, max_range_m, resolution_m, beams
+        self.scans: list[NDArray[np.float64]] = []
+        self._angles, self._max_range_m, self._resolution_m, self._beams = angles, max_range_m, resolution_m, beams
         self._links = Links(np.empty((0, 2), dtype=np.int64), np.empty((0, 3)), np.empty((0, 3)))
 
     def add(self, pose: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
         """Keep a scan (B,) at a pose (3,), linked to the one before."""
         self.poses = np.concatenate([self.poses, pose[None]])
-        self.ranges = np.concatenate([self.ranges, ranges[None]])
+        self.scans.append(ranges)
         if len(self.poses) > 1:
             last = len(self.poses) - 1
             self._links = self._with_link(last - 1, last, between(self.poses[-2], pose), STEP_STD)
@@ -186,7 +186,7 @@ class KeyScans:
         """
         newest = len(self.poses) - 1
         old = self._nearest_old()
-        points = scan_hits(self._angles, self.ranges[-1], self._beams)
+        points = scan_hits(self._angles, self.scans[-1], self._beams)
         if old is None or not len(points):
             return False
         scans = np.arange(max(0, old - AROUND), min(newest - RECENT, old + AROUND) + 1)
@@ -203,14 +203,18 @@ class KeyScans:
         if np.abs(links.stretch(poses)).max() > CONTRADICTS:
             return False
         self.poses, self._links = poses, links
-        self.closed += 1
         return True
 
     def lay_out(self, scans: NDArray[np.int64]) -> GrowingMap:
         """Make a map of some of the scans."""
         made = GrowingMap(self._resolution_m)
-        made.insert(self.poses[scans], self._angles, self.ranges[scans], self.max_range_m)
+        self.put_into(made, scans)
         return made
+
+    def put_into(self, made: GrowingMap, scans: NDArray[np.int64]) -> None:
+        """Add some of the scans to a map."""
+        ranges = np.array([self.scans[k] for k in scans])
+        made.insert(self.poses[scans], self._angles, ranges, self._max_range_m)
 
     def _nearest_old(self) -> int | None:
         distance = np.hypot(*(self.poses[:-RECENT, :2] - self.poses[-1, :2]).T)

@@ -144,7 +144,7 @@ def _check(
 ) -> None:
     if source not in get_args(PoseSource):
         raise InputError(f"source must be one of {', '.join(get_args(PoseSource))}, got {source!r}")
-    if poses.ndim != 2 or poses.shape[1] != 3 or not len(poses) or ranges.shape != (len(poses), *angles.shape):
+    if poses.ndim != 2 or poses.shape[1] != 3 or not len(poses) or ranges.shape != (len(poses), angles.size):
         raise InputError(f"poses (S, 3), angles (B,) and ranges (S, B) disagree: {poses.shape}, {ranges.shape}")
     if not np.isfinite(poses).all():
         raise InputError("poses must be finite numbers")
@@ -203,4 +203,4 @@ class _Mapper:
             self.map_from = max(0, count - RECENT)
             self.map = self.keys.lay_out(np.arange(self.map_from, count))
         else:
-            self.map.insert(self.keys.poses[-1:], self.angles, self.keys.ranges[-1:], self.keys.max_range_m)
+            self.keys.put_into(self.map, np.array([count - 1]))
