@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
+from sim._kernels.loops import solve_profile
 from sim.matching import GrowingMap, scan_hits
 from sim.odometry import between, compose, wrapped
 
@@ -16,11 +17,12 @@ RECENT = 25  # key scans that are no loop yet, and those that the robot's map be
 AROUND = 8  # key scans before and after an old one that together make the map which the new one is laid on
 NEAR_M = 2.5  # between a key scan and an old one that it may know again
 WINDOW_M, WINDOW_RAD = 1.5, math.radians(15.0)
-KNOWN_AGAIN = 0.3  # score from which the old place is believed
+TRUST = (0.05, 0.5)  # in the present poses: what a place must fit better per m^2 and rad^2 that it is off
+KNOWN_AGAIN, GRIPS = 0.28, 0.15  # score and grip from which the old place is believed: not along a bare corridor
 STEP_STD, LINK_STD = np.array([0.03, 0.03, 0.01]), np.array([0.03, 0.03, 0.007])  # metres, metres, radians
-AGREES_M, AGREES_RAD = 0.03, math.radians(0.3)  # a link that tells no more than this changes nothing
+AGREES_M, AGREES_RAD = 0.05, math.radians(0.5)  # a link that tells no more than this changes nothing
 CONTRADICTS = 8.0  # standard deviations that no link may be stretched by
-ROUNDS, ENOUGH = 15, 1e-4
+ROUNDS, ENOUGH = 15, 1e-3  # metres, radians
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,10 +79,9 @@ def solve_graph(poses: NDArray[np.float64], links: Links) -> NDArray[np.float64]
     poses = poses.copy()
     for _ in range(ROUNDS):
         system, right = _normal_equations(poses, links)
-        try:
-            step = np.linalg.solve(system[3:, 3:], right[3:]).reshape(-1, 3)
-        except np.linalg.LinAlgError as error:
-            raise InputError("a pose of the graph hangs on no link") from error
+        if not solve_profile(system, right):
+            raise InputError("a pose of the graph hangs on no link")
+        step = right.reshape(-1, 3)
         poses[1:] += step
         poses[:, 2] = wrapped(poses[:, 2])
         if np.abs(step).max(initial=0.0) < ENOUGH:
@@ -89,7 +90,7 @@ def solve_graph(poses: NDArray[np.float64], links: Links) -> NDArray[np.float64]
 
 
 def _normal_equations(poses: NDArray[np.float64], links: Links) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return J^T J, shape (3K, 3K), and -J^T e, shape (3K,), of the stretched links."""
+    """Return J^T J, and -J^T e of the stretched links, for all poses but the first."""
     count, first, second = len(poses), links.pairs[:, 0], links.pairs[:, 1]
     of_first, of_second = _jacobians(poses[first], poses[second], links)
     error = links.stretch(poses)
@@ -99,7 +100,9 @@ def _normal_equations(poses: NDArray[np.float64], links: Links) -> tuple[NDArray
         np.add.at(right, p, -np.einsum("eki,ek->ei", of_p, error))
         for q, of_q in ends:
             np.add.at(system, (p, q), np.einsum("eki,ekj->eij", of_p, of_q))
-    return system.transpose(0, 2, 1, 3).reshape(3 * count, 3 * count), right.ravel()
+    free = 3 * count - 3  # the first pose stays
+    blocks: NDArray[np.float64] = system[1:, 1:].transpose(0, 2, 1, 3)
+    return blocks.reshape(free, free), right[1:].ravel()
 
 
 def _jacobians(
@@ -142,7 +145,7 @@ def carry(trail: NDArray[np.float64], kept: NDArray[np.int64], poses: NDArray[np
     share = (scans - kept[before]) / np.maximum(kept[after] - kept[before], 1)
     share = np.clip(share, 0.0, 1.0)[:, None]
     from_before, from_after = (compose(poses[k], between(trail[kept[k]], trail)) for k in (before, after))
-    carried = from_before + share * (from_after - from_before)
+    carried: NDArray[np.float64] = from_before + share * (from_after - from_before)
     carried[:, 2] = wrapped(from_before[:, 2] + share[:, 0] * wrapped(from_after[:, 2] - from_before[:, 2]))
     return carried
 
@@ -164,15 +167,14 @@ class KeyScans:
 
     def __init__(self, angles: NDArray[np.float64], max_range_m: float, resolution_m: float, beams: int) -> None:
         self.poses = np.empty((0, 3))
-        self.ranges = np.empty((0, len(angles)))
-        self.closed = 0
-        self._angles, self.max_range_m, self._resolution_m, self._beams = angles, max_range_m, resolution_m, beams
+        self.scans: list[NDArray[np.float64]] = []
+        self._angles, self._max_range_m, self._resolution_m, self._beams = angles, max_range_m, resolution_m, beams
         self._links = Links(np.empty((0, 2), dtype=np.int64), np.empty((0, 3)), np.empty((0, 3)))
 
     def add(self, pose: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
         """Keep a scan (B,) at a pose (3,), linked to the one before."""
         self.poses = np.concatenate([self.poses, pose[None]])
-        self.ranges = np.concatenate([self.ranges, ranges[None]])
+        self.scans.append(ranges)
         if len(self.poses) > 1:
             last = len(self.poses) - 1
             self._links = self._with_link(last - 1, last, between(self.poses[-2], pose), STEP_STD)
@@ -184,13 +186,13 @@ class KeyScans:
         """
         newest = len(self.poses) - 1
         old = self._nearest_old()
-        points = scan_hits(self._angles, self.ranges[-1], self._beams)
+        points = scan_hits(self._angles, self.scans[-1], self._beams)
         if old is None or not len(points):
             return False
         scans = np.arange(max(0, old - AROUND), min(newest - RECENT, old + AROUND) + 1)
         place = self.lay_out(scans)
-        found = place.match(points, self.poses[-1], window_m=WINDOW_M, window_rad=WINDOW_RAD)
-        if found.score < KNOWN_AGAIN:
+        found = place.match(points, self.poses[-1], window_m=WINDOW_M, window_rad=WINDOW_RAD, trust=TRUST)
+        if found.score < KNOWN_AGAIN or found.grip < GRIPS:
             return False
         links = self._with_link(old, newest, between(self.poses[old], found.pose), LINK_STD)
         gap = between(self.poses[-1], found.pose)
@@ -201,14 +203,18 @@ class KeyScans:
         if np.abs(links.stretch(poses)).max() > CONTRADICTS:
             return False
         self.poses, self._links = poses, links
-        self.closed += 1
         return True
 
     def lay_out(self, scans: NDArray[np.int64]) -> GrowingMap:
         """Make a map of some of the scans."""
         made = GrowingMap(self._resolution_m)
-        made.insert(self.poses[scans], self._angles, self.ranges[scans], self.max_range_m)
+        self.put_into(made, scans)
         return made
+
+    def put_into(self, made: GrowingMap, scans: NDArray[np.int64]) -> None:
+        """Add some of the scans to a map."""
+        ranges = np.array([self.scans[k] for k in scans])
+        made.insert(self.poses[scans], self._angles, ranges, self._max_range_m)
 
     def _nearest_old(self) -> int | None:
         distance = np.hypot(*(self.poses[:-RECENT, :2] - self.poses[-1, :2]).T)

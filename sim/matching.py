@@ -32,10 +32,14 @@ class Match:
         (x, y, yaw), shape (3,).
     score
         Mean value of the map under the scan's points, 0..1: about 0.4 for a perfect fit on thin walls.
+    grip
+        How well the worse known direction of the position is known beside the better, 0..1: near 0 in a corridor
+        without features, where a scan fits anywhere along it.
     """
 
     pose: NDArray[np.float64]
     score: float
+    grip: float
 
 
 class GrowingMap:
@@ -120,12 +124,12 @@ class GrowingMap:
         pull = len(cells) * np.array([trust[0] * self.resolution_m**2, trust[0] * self.resolution_m**2, trust[1]])
         fine = kernels.refine(self._field, cells, found[:3], middle, pull, ROUNDS, ENOUGH_CELLS)
         at = (fine[:2] + self._low) * self.resolution_m
-        return Match(np.array([at[0], at[1], fine[2]]), float(fine[3]))
+        return Match(np.array([at[0], at[1], math.remainder(fine[2], 2 * math.pi)]), float(fine[3]), float(fine[4]))
 
     def _turns(self, cells: NDArray[np.float64], window_rad: float) -> NDArray[np.float64]:
         step = TURN_STEP / max(1.0, float(np.median(np.hypot(*cells.T))))
         count = math.ceil(window_rad / step)
-        return np.arange(-count, count + 1) * (window_rad / max(1, count))
+        return np.arange(-count, count + 1, dtype=np.float64) * (window_rad / max(1, count))
 
     def _to_cells(self, pose: NDArray[np.float64]) -> NDArray[np.float64]:
         at = pose[:2] / self.resolution_m - self._low

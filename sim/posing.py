@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError
 from sim.loops import RECENT, KeyScans, carry
 from sim.matching import scan_hits
-from sim.odometry import WheelNoise, between, compose, drive_blind
+from sim.odometry import between, compose, drive_blind
 
 PoseSource = Literal["truth", "odometry", "slam"]
 
 FEWEST_POINTS = 12  # a scan with fewer says nothing about where it was made
 STILL_M, STILL_RAD = 0.01, math.radians(0.3)  # a robot that moved less stays where its wheels say
-TRUST = (0.5, 2.0)  # in the wheels: share of the scan that must fit better per m^2 and per rad^2 of departure
+TRUST = (5.0, 4.0)  # in the wheels: share of the scan that must fit better per m^2 and per rad^2 of departure
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,13 +126,11 @@ def estimate_poses(
     if source == "truth":
         return poses.copy()
     slam = slam or Slam()
-    blind = drive_blind(poses, rng, noise=WheelNoise(), level=slam.wheel_level)
+    blind = drive_blind(poses, rng, level=slam.wheel_level)
     if source == "odometry":
         return blind
-    mapper = _Mapper(slam, angles, max_range_m, loop_closure)
-    steps = between(blind[:-1], blind[1:])
-    mapper.begin(blind[0], ranges[0])
-    for step, scan in zip(steps, ranges[1:], strict=True):
+    mapper = _Mapper(slam, angles, max_range_m, blind[0], ranges[0], loop_closure)
+    for step, scan in zip(between(blind[:-1], blind[1:]), ranges[1:], strict=True):
         mapper.add(step, scan)
     return mapper.poses()
 
@@ -146,7 +144,7 @@ def _check(
 ) -> None:
     if source not in get_args(PoseSource):
         raise InputError(f"source must be one of {', '.join(get_args(PoseSource))}, got {source!r}")
-    if poses.ndim != 2 or poses.shape[1] != 3 or not len(poses) or ranges.shape != (len(poses), *angles.shape):
+    if poses.ndim != 2 or poses.shape[1] != 3 or not len(poses) or ranges.shape != (len(poses), angles.size):
         raise InputError(f"poses (S, 3), angles (B,) and ranges (S, B) disagree: {poses.shape}, {ranges.shape}")
     if not np.isfinite(poses).all():
         raise InputError("poses must be finite numbers")
@@ -157,15 +155,19 @@ def _check(
 class _Mapper:
     """One robot that maps: its pose, its map, and the scans that it keeps."""
 
-    def __init__(self, slam: Slam, angles: NDArray[np.float64], max_range_m: float, loop_closure: bool) -> None:
+    def __init__(
+        self,
+        slam: Slam,
+        angles: NDArray[np.float64],
+        max_range_m: float,
+        start: NDArray[np.float64],
+        ranges: NDArray[np.float64],
+        loop_closure: bool,
+    ) -> None:
         self.slam, self.angles, self.closes = slam, angles, loop_closure
+        self.pose, self.trail, self.kept = start, [start], [0]
         self.keys = KeyScans(angles, max_range_m, slam.resolution_m, slam.beams)
-
-    def begin(self, pose: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
-        """Start at a pose with a first scan."""
-        self.pose = pose
-        self.trail, self.kept = [pose], [0]
-        self.keys.add(pose, ranges)
+        self.keys.add(start, ranges)
         self.map, self.map_from = self.keys.lay_out(np.array([0])), 0
 
     def add(self, step: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
@@ -194,11 +196,11 @@ class _Mapper:
         return found.pose if found.score >= self.slam.fewest_share else guess
 
     def _renew_map(self) -> None:
-        """Put the newest key scan into the map; a robot that closes loops forgets old ones, which it looks up instead."""
+        """Put the newest key scan into the map; one that closes loops forgets the old ones."""
         count = len(self.keys.poses)
         if self.closes and (self.keys.close() or count - self.map_from > 2 * RECENT):
             self.pose = self.keys.poses[-1]
             self.map_from = max(0, count - RECENT)
             self.map = self.keys.lay_out(np.arange(self.map_from, count))
         else:
-            self.map.insert(self.keys.poses[-1:], self.angles, self.keys.ranges[-1:], self.keys.max_range_m)
+            self.keys.put_into(self.map, np.array([count - 1]))

@@ -85,7 +85,8 @@ def refine(
     """Move a pose, in cells, so that the interpolated field under the points comes near 1 (Gauss-Newton).
 
     `trust` (3,) weighs the squared distance to the guess in column, row and yaw. Ends after `rounds`, or when a step
-    moves the farthest point by less than `enough` cells. Returns (column, row, yaw, mean of the field).
+    moves the farthest point by less than `enough` cells. Returns (column, row, yaw, mean of the field, grip), where
+    grip is how steep the field is along the direction in which it is least so, over the same for the steepest, squared.
     """
     col, row, yaw = start[0], start[1], start[2]
     farthest = 1.0
@@ -106,7 +107,10 @@ def refine(
         col, row, yaw = col + share * dx, row + share * dy, yaw + share * turn
         if length < enough:
             break
-    return np.array([col, row, yaw, _normal_equations(field, points, col, row, yaw, system)])
+    mean = _normal_equations(field, points, col, row, yaw, system)
+    middle, apart = (system[0] + system[3]) / 2, math.hypot((system[0] - system[3]) / 2, system[1])
+    grip = (middle - apart) / (middle + apart) if middle > 0 else 0.0
+    return np.array([col, row, yaw, mean, grip])
 
 
 @kernel
