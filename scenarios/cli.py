@@ -93,6 +93,7 @@ def demo(
     shown = run_demo(output, force=force, say=(lambda line: None) if quiet else console.say)
     _show_table(*shown.table())
     typer.echo(f"pictures: {output / 'demo.png'} and {len(shown.pictures) - 1} more in {output}")
+    typer.echo(f"the mission's data: {output / 'mission'}")
 
 
 @app.command()

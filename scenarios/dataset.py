@@ -16,7 +16,7 @@ from rectmerge.errors import DatasetError, InputError
 from rectmerge.overlap import measure_agreement
 from rectmerge.similarity import Similarity
 from scenarios.pairs import MapPair, PairSource
-from scenarios.score import control_point_rmse
+from scenarios.truth import control_point_rmse
 
 SPLITS = ("train", "test")
 METADATA = "metadata.jsonl"

@@ -19,6 +19,7 @@ from rectmerge.paper.rmap import rmap
 from rectmerge.picture import beside, draw_map, draw_overlay, draw_rectangles
 from rectmerge.rectangles import Rectangle
 from scenarios.bench import cleared_folder, write_json
+from scenarios.export import MISSION_FILES, write_mission
 from scenarios.pairs import MapPair
 from scenarios.rows import Answer, Row, answer, contenders_of, row_of
 from scenarios.scenario import load_suite
@@ -28,8 +29,10 @@ from sim.mission import MissionLog
 Picture = NDArray[np.uint8]
 TILE = 620, 560  # width and height of a picture in the combined one
 DRAWN_RECTANGLES = 60
+MISSION = "mission"  # the folder of the mission's data, beside the pictures
 OWN_FILES = (
     *("demo.png", "world.png", "map_[ab].png", "rectangles_[ab].png", "overlay_*.png", "merged_*.png", "score.json"),
+    *(f"{MISSION}/{name}" for name in MISSION_FILES),
 )
 
 
@@ -63,7 +66,7 @@ def run_demo(out: str | Path, *, suite: str = "demo", force: bool = False, say: 
     Parameters
     ----------
     out
-        Folder for the pictures and ``score.json``.
+        Folder for the pictures, ``score.json`` and the mission's data in ``mission/``, as `write_mission` says.
     suite
         A suite's name or file; its contenders are all put to the first pair.
     force
@@ -98,6 +101,7 @@ def run_demo(out: str | Path, *, suite: str = "demo", force: bool = False, say: 
     rows = [row_of(pair, one, answers[one.label]) for one in contenders]
     stage("merging", "drawing ...")
     pictures = _write_pictures(folder, _draw(log, pair, answers, rows))
+    write_mission(folder / MISSION, log, pair)
     stage("drawing", f"done in {sum(seconds.values()) + time.perf_counter() - started:.0f} s")
     write_json(folder / "score.json", {"source": source.source_id, "seconds": seconds, "rows": rows})
     return Demo(rows=rows, pictures=pictures, seconds=seconds)

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,12 +13,8 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.overlap import measure_agreement
 from rectmerge.similarity import Similarity
 from scenarios.placement import MapSpec, PlacedMap, place_map
-from sim.lidar import Lidar
-from sim.mapping import scan_points
-from sim.mission import MissionLog, RobotLog
-
-MOST_CONTROL_POINTS, FEWEST_CONTROL_POINTS = 400, 20
-SURFACE_CELL_M = 0.05  # two robots saw the same surface where both hit the same cell of this size
+from scenarios.truth import control_point_rmse, control_points, is_bent, known_extent
+from sim.missionlog import MissionLog
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -46,6 +41,9 @@ class MapPair:
         The true overlap as in DESIGN's scoring; None when unrelated.
     info
         Everything else a row may carry: family, variant, seed, noise, resolution_a, resolution_b, pose_source, ...
+    poses
+        Where the two maps took the scanners to be at each scan of the mission: (x, y, yaw), shape (S, 3) each. None
+        where there is no mission.
     """
 
     pair_id: str
@@ -59,6 +57,7 @@ class MapPair:
     place: str
     overlap: float | None = None
     info: Mapping[str, Any] = field(default_factory=dict)
+    poses: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
 
 class PairSource(Protocol):
@@ -106,7 +105,9 @@ def make_pair(
     -------
     MapPair
         Unrelated where the two maps show fewer than 20 common surface cells. `info` holds the true turns in degrees
-        (counter-clockwise to the eye), kinds of turn, resolutions, noise, seeds and how the robots fared.
+        (counter-clockwise to the eye), kinds of turn, resolutions, origins in the world, noise, seeds, how the robots
+        fared and where their poses come from: `pose_source`, `ate_a_m` and `ate_b_m` (RMSE of the estimated
+        positions, metres), and `bent`, whether no similarity is true to the pair within 1.5 % of A's extent.
     """
     of_a, of_b, of_points = np.random.SeedSequence(seed).spawn(3)
     a = place_map(log.a, log.spec.a.lidar, spec_a, noise=noise, seed=of_a)
@@ -115,7 +116,7 @@ def make_pair(
     pixels = residual = overlap = None
     if points is not None:
         pixels = Similarity.fit(points[:, 2:], points[:, :2])
-        residual = float(np.sqrt(((pixels.apply(points[:, 2:]) - points[:, :2]) ** 2).sum(axis=1).mean()))
+        residual = control_point_rmse(pixels.matrix, points)
         overlap = measure_agreement(a.grid, b.grid, pixels).overlap
     return MapPair(
         pair_id=pair_id,
@@ -128,59 +129,12 @@ def make_pair(
         suite=suite,
         place=place or f"{log.world.family}-{log.world.seed}",
         overlap=overlap,
-        info=_info(log, {"a": spec_a, "b": spec_b}, {"a": a, "b": b}, seed, noise),
+        info={
+            **_info(log, {"a": spec_a, "b": spec_b}, {"a": a, "b": b}, seed, noise),
+            "bent": residual is not None and is_bent(residual / known_extent(a.grid)),
+        },
+        poses=(a.poses, b.poses),
     )
-
-
-def control_points(log: MissionLog, a: PlacedMap, b: PlacedMap, rng: np.random.Generator) -> NDArray[np.float64] | None:
-    """Choose surface points that both robots hit and both maps show.
-
-    Parameters
-    ----------
-    log
-        The mission.
-    a, b
-        Its maps.
-    rng
-        Of the choice.
-
-    Returns
-    -------
-    NDArray or None
-        Shape (N, 4), rows (ua, va, ub, vb), 20 <= N <= 400; None where there are fewer.
-
-    Notes
-    -----
-    A's reading of a surface is the point; each map places it by the poses it was built from, which are the true ones.
-    """
-    points_a, points_b = _surface(log.a, log.spec.a.lidar), _surface(log.b, log.spec.b.lidar)
-    keys_a, keys_b = (np.floor(p / SURFACE_CELL_M).astype(np.int64) @ [1 << 20, 1] for p in (points_a, points_b))
-    common, first, _ = np.intersect1d(keys_a, keys_b, return_indices=True)
-    if not len(common):
-        return None
-    world = points_a[first]  # (M, 2)
-    in_a, in_b = a.world_to_pixel(world), b.world_to_pixel(world)
-    seen = np.flatnonzero(_is_shown(a.grid, in_a) & _is_shown(b.grid, in_b))
-    if len(seen) < FEWEST_CONTROL_POINTS:
-        return None
-    chosen = np.sort(rng.permutation(seen)[:MOST_CONTROL_POINTS])
-    return np.hstack([in_a[chosen], in_b[chosen]])
-
-
-def _surface(robot: RobotLog, lidar: Lidar) -> NDArray[np.float64]:
-    """The surface points (N, 2) that a robot hit, in the world."""
-    ranges = lidar.limit(robot.ranges)
-    hit = np.isfinite(ranges)
-    return scan_points(robot.poses, lidar.angles, np.where(hit, ranges, 0.0))[hit]
-
-
-def _is_shown(grid: OccupancyGrid, pixels: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which pixels (N, 2) lie on a wall of the map, or beside one."""
-    near_wall = cv2.dilate(grid.occupied.view(np.uint8), np.ones((3, 3), np.uint8)).astype(np.bool_)
-    u, v = np.rint(pixels).astype(np.int64).T
-    inside = (u >= 0) & (v >= 0) & (u < grid.shape[1]) & (v < grid.shape[0])
-    shown: NDArray[np.bool_] = inside & near_wall[np.where(inside, v, 0), np.where(inside, u, 0)]
-    return shown
 
 
 def _info(
@@ -192,12 +146,15 @@ def _info(
         "mission_seed": log.seed,
         "seed": seed,
         "noise": noise,
-        "pose_source": "truth",
+        "pose_source": "/".join(dict.fromkeys(spec.poses for spec in specs.values())),
     }
     for name, robot in (("a", log.a), ("b", log.b)):
         info[f"resolution_{name}"] = specs[name].resolution
+        info[f"origin_{name}"] = list(maps[name].origin)
         info[f"turn_{name}_deg"] = maps[name].turn_deg
         info[f"turn_{name}"] = specs[name].turn
+        info[f"pose_source_{name}"] = specs[name].poses
+        info[f"ate_{name}_m"] = maps[name].ate_m
         info[f"rooms_{name}"] = len(set(robot.rooms))
         info[f"note_{name}"] = robot.note
     return info

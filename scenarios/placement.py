@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 import cv2
 import numpy as np
@@ -14,11 +14,11 @@ from rectmerge.errors import InputError
 from rectmerge.grid import UNKNOWN, OccupancyGrid
 from rectmerge.similarity import Similarity
 from scenarios.corruption import damage, noise_strength
+from scenarios.corruption.geometry import Size, turn_image
 from sim.lidar import Lidar
-from sim.mapping import build_map
-from sim.mission import RobotLog
-
-Size = tuple[int, int]
+from sim.mapping import HIT, LIMIT, MISS, build_map
+from sim.missionlog import RobotLog
+from sim.posing import PoseSource, Slam, estimate_poses
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +42,15 @@ class MapSpec:
         "image".
     hide_resolution
         Whether methods are kept from knowing the resolution.
+    poses
+        Which poses the scans are laid down by: the true ones, those counted by the wheels, or those that the robot's
+        own scan matching estimates.
+    loop_closure
+        Whether the robot bends its path straight when it knows a place again. Only with poses = "slam".
+    slam
+        How the robot estimates its poses, and how wrong its wheels are; says nothing with poses = "truth".
+    hit, miss
+        Log-odds that a hit adds to its cell, and that a ray takes away from each cell it passes.
 
     Raises
     ------
@@ -55,6 +64,11 @@ class MapSpec:
     extent_cells: Size | None = None
     canvas: Size | None = None
     hide_resolution: bool = True
+    poses: PoseSource = "truth"
+    loop_closure: bool = False
+    slam: Slam = field(default_factory=Slam)
+    hit: float = HIT
+    miss: float = MISS
 
     def __post_init__(self) -> None:
         if not 0.005 <= self.resolution <= 1.0:
@@ -63,6 +77,13 @@ class MapSpec:
             raise InputError(f'turn_deg must be a number of degrees or "random", got {self.turn_deg!r}')
         if self.turn not in ("frame", "image"):
             raise InputError(f'turn must be "frame" or "image", got {self.turn!r}')
+        if self.poses not in get_args(PoseSource):
+            raise InputError(f"poses must be one of {', '.join(get_args(PoseSource))}, got {self.poses!r}")
+        if self.loop_closure and self.poses != "slam":
+            raise InputError(f'loop_closure needs poses = "slam", got {self.poses!r}')
+        for name, odds in (("hit", self.hit), ("miss", self.miss)):
+            if not 0 < odds <= LIMIT:
+                raise InputError(f"{name} must be log-odds > 0 and <= {LIMIT:g}, got {odds}")
         for name, size in (("extent_cells", self.extent_cells), ("canvas", self.canvas)):
             if size is not None and (self.turn != "image" or min(size) < 1):
                 raise InputError(f'{name} needs turn = "image" and two positive numbers, got {list(size)}')
@@ -78,17 +99,48 @@ class PlacedMap:
         The map as a method sees it.
     turn_deg
         How far the building stands turned in it, degrees counter-clockwise to the eye.
+    poses, true_poses
+        Where the map took the scanner to be at each scan, and where it was: (x, y, yaw) in the world, shape (S, 3).
     """
 
     grid: OccupancyGrid
     turn_deg: float
+    poses: NDArray[np.float64]
+    true_poses: NDArray[np.float64]
     _upright: OccupancyGrid
     _frame: Similarity  # from the map frame to the world
     _turned: Similarity  # from the upright map's pixels to the grid's
 
     def world_to_pixel(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Take world points (x, y), shape (..., 2), metres, to pixels (u, v) of the map."""
+        """Take world points (x, y), shape (..., 2), metres, to pixels (u, v) of the map, as if no pose were wrong."""
         return self._turned.apply(self._upright.map_to_pixel(self._frame.inverse().apply(points)))
+
+    def shown_at(self, points: NDArray[np.float64], scans: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Take world points, shape (N, 2), metres, to the pixels where certain scans, shape (N,), put them.
+
+        What a scan sees moves as its pose is wrong: by the rigid motion from the true pose to the one it was laid by.
+        """
+        was, taken = self.true_poses[scans], self.poses[scans]  # (N, 3)
+        turn, arm = taken[:, 2] - was[:, 2], points - was[:, :2]
+        less, sin = np.cos(turn) - 1.0, np.sin(turn)  # the turn less identity: true poses move nothing, to the bit
+        swing = np.stack([less * arm[:, 0] - sin * arm[:, 1], sin * arm[:, 0] + less * arm[:, 1]], axis=-1)  # (N, 2)
+        return self.world_to_pixel(points + (taken[:, :2] - was[:, :2]) + swing)
+
+    @property
+    def origin(self) -> tuple[float, float, float]:
+        """Where the grid's lower-left corner lies in the world and how its rows run: a ROS map's origin there."""
+        height = self.grid.shape[0]
+        corners = self._turned.inverse().apply([[-0.5, height - 0.5], [0.5, height - 0.5]])
+        corner, right = self._frame.apply(self._upright.pixel_to_map(corners))
+        return float(corner[0]), float(corner[1]), math.atan2(right[1] - corner[1], right[0] - corner[0])
+
+    @property
+    def ate_m(self) -> float:
+        """The trajectory's error: RMSE of the positions after the best rigid alignment with the true ones, metres."""
+        taken, was = (poses[:, :2] - poses[:, :2].mean(axis=0) for poses in (self.poses, self.true_poses))
+        along, across = float((taken * was).sum()), float((taken[:, 0] * was[:, 1] - taken[:, 1] * was[:, 0]).sum())
+        off = Similarity(1.0, math.atan2(across, along)).apply(taken) - was
+        return float(np.sqrt((off**2).sum(axis=1).mean()))
 
 
 def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: np.random.SeedSequence) -> PlacedMap:
@@ -103,17 +155,16 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
     noise
         Noise level 0 to 3, of the scanner and of the cells.
     seed
-        Of the turn and the grid's phase, which do not depend on the noise level, and of the noise.
+        Of the turn, the grid's phase and the wheels, which do not depend on the noise level, and of the noise.
     """
-    of_frame, of_scans, of_cells = (np.random.default_rng(child) for child in seed.spawn(3))
+    of_frame, of_scans, of_cells, of_poses = (np.random.default_rng(child) for child in seed.spawn(4))
     drawn, phase = of_frame.uniform(-180.0, 180.0), of_frame.uniform(0.0, spec.resolution, 2)
     turn_deg = drawn if spec.turn_deg == "random" else float(spec.turn_deg)
     yaw = -math.radians(turn_deg) if spec.turn == "frame" else 0.0
     frame = (float(log.poses[0, 0] + phase[0]), float(log.poses[0, 1] + phase[1]), yaw)  # about where the robot started
     strength = noise_strength(noise)
-    ranges = lidar.observe(log.ranges, None, of_scans, level=strength) if strength else lidar.limit(log.ranges)
-    reach = lidar.max_range_m
-    upright = build_map(log.poses, lidar.angles, ranges, resolution=spec.resolution, max_range_m=reach, frame=frame)
+    ranges = lidar.observe(log.ranges, log.glass, of_scans, level=strength) if strength else lidar.limit(log.ranges)
+    poses, upright = _laid_down(log, lidar, spec, ranges, frame, of_poses)
     upright = damage(upright, noise, of_cells)
     if spec.extent_cells is not None:
         upright = crop_to_known(upright, spec.extent_cells)
@@ -122,8 +173,47 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
         grid, turned = turn_image(upright, turn_deg, spec.canvas)
     if spec.hide_resolution:
         grid = OccupancyGrid(grid.occupancy)
-    to_world = Similarity(1.0, frame[2], frame[0], frame[1])
-    return PlacedMap(grid=grid, turn_deg=turn_deg, _upright=upright, _frame=to_world, _turned=turned)
+    return PlacedMap(
+        grid=grid,
+        turn_deg=turn_deg,
+        poses=poses,
+        true_poses=log.poses,
+        _upright=upright,
+        _frame=Similarity(1.0, frame[2], frame[0], frame[1]),
+        _turned=turned,
+    )
+
+
+def _laid_down(
+    log: RobotLog,
+    lidar: Lidar,
+    spec: MapSpec,
+    ranges: NDArray[np.float64],
+    frame: tuple[float, float, float],
+    rng: np.random.Generator,
+) -> tuple[NDArray[np.float64], OccupancyGrid]:
+    """Estimate the poses (S, 3) of the scans that were read, and lay these down by them."""
+    poses = estimate_poses(
+        spec.poses,
+        poses=log.poses,
+        angles=lidar.angles,
+        ranges=ranges,
+        max_range_m=lidar.max_range_m,
+        rng=rng,
+        loop_closure=spec.loop_closure,
+        slam=spec.slam,
+    )
+    grid = build_map(
+        poses,
+        lidar.angles,
+        ranges,
+        resolution=spec.resolution,
+        max_range_m=lidar.max_range_m,
+        frame=frame,
+        hit=spec.hit,
+        miss=spec.miss,
+    )
+    return poses, grid
 
 
 def crop_to_known(grid: OccupancyGrid, size: Size) -> OccupancyGrid:
@@ -145,39 +235,3 @@ def crop_to_known(grid: OccupancyGrid, size: Size) -> OccupancyGrid:
     corner = [col - left - 0.5, row - top + height - 0.5]  # pixel of the window's lower-left corner, in the old image
     x, y = grid.pixel_to_map(corner)
     return OccupancyGrid(part, grid.resolution, (float(x), float(y), grid.origin[2]))
-
-
-def turn_image(grid: OccupancyGrid, turn_deg: float, canvas: Size | None = None) -> tuple[OccupancyGrid, Similarity]:
-    """Turn a map's image about its centre by nearest neighbour.
-
-    Parameters
-    ----------
-    grid
-        The map.
-    turn_deg
-        Degrees, counter-clockwise to the eye.
-    canvas
-        (width, height) of the turned image; by default as large as it needs to be.
-
-    Returns
-    -------
-    turned, pixels
-        The turned map, its map frame at its own lower-left corner, and the similarity from the pixels of the old
-        image to those of the new one: exactly the index map that was used.
-    """
-    height, width = grid.shape
-    angle = -math.radians(turn_deg)  # pixels have v down
-    cos, sin = abs(math.cos(angle)), abs(math.sin(angle))
-    new_width, new_height = canvas or (
-        math.ceil(width * cos + height * sin - 1e-6),
-        math.ceil(width * sin + height * cos - 1e-6),
-    )
-    about = Similarity(1.0, angle)
-    shift = np.array([new_width - 1, new_height - 1]) / 2 - about.apply([(width - 1) / 2, (height - 1) / 2])
-    pixels = Similarity(1.0, angle, float(shift[0]), float(shift[1]))
-    v, u = np.indices((new_height, new_width))
-    old = np.floor(pixels.inverse().apply(np.stack([u, v], axis=-1)) + 0.5).astype(int)  # (H, W, 2)
-    inside = ((old >= 0) & (old < [width, height])).all(axis=-1)
-    cells = np.full((new_height, new_width), UNKNOWN, dtype=np.int8)
-    cells[inside] = grid.occupancy[old[inside][:, 1], old[inside][:, 0]]
-    return OccupancyGrid(cells, grid.resolution), pixels

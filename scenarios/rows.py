@@ -17,15 +17,8 @@ from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
 from rectmerge.methods import align, make_method
 from scenarios.executors import Attempt, attempt, peak_memory_mb, reset_peak_memory
 from scenarios.pairs import MapPair, PairSource
-from scenarios.score import (
-    CANDIDATES_HEARD,
-    grade,
-    is_bent,
-    known_extent,
-    measure_errors,
-    outcome_of,
-    stratum_of,
-)
+from scenarios.score import CANDIDATES_HEARD, grade, measure_errors, outcome_of, stratum_of
+from scenarios.truth import is_bent, known_extent
 
 Row = dict[str, Any]
 TIMEOUT_S = 300.0  # of one answer

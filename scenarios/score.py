@@ -8,13 +8,13 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rectmerge.alignment import Verdict
 from rectmerge.errors import InputError
-from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 from scenarios.pairs import MapPair
+from scenarios.truth import control_point_rmse, known_extent
 
 Outcome = Literal[
     "right-accepted",
@@ -32,7 +32,6 @@ Grade = Literal["fine", "right", "coarse", "off"]
 RIGHT: tuple[Grade, ...] = ("fine", "right")
 UNRELATED_BELOW = 0.05  # overlap
 REQUIRED_FROM = 0.15
-BENT_ABOVE = 0.015  # residual over L
 CANDIDATES_HEARD = 5  # an ambiguous answer may hold the truth among its first five
 
 
@@ -64,36 +63,6 @@ class Errors:
     def as_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
         return asdict(self)
-
-
-def known_extent(grid: OccupancyGrid) -> float:
-    """Measure L: the diagonal of the bounding box of a map's known (free or occupied) cells, in cells.
-
-    Raises
-    ------
-    InputError
-        If no cell is known.
-    """
-    known = ~grid.unknown
-    rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
-    if not len(rows):
-        raise InputError("map A has no known cell: errors cannot be measured against its extent")
-    return math.hypot(rows[-1] - rows[0] + 1, cols[-1] - cols[0] + 1)
-
-
-def control_point_rmse(matrix: ArrayLike, control_points: NDArray[np.float64]) -> float:
-    """Measure the RMSE of ``|T p_b - p_a|`` in A's pixels.
-
-    Parameters
-    ----------
-    matrix
-        Shape (2, 3), from B's pixels to A's.
-    control_points
-        Shape (N, 4), rows (ua, va, ub, vb).
-    """
-    m = np.asarray(matrix, dtype=np.float64)
-    off = control_points[:, 2:] @ m[:, :2].T + m[:, 2] - control_points[:, :2]  # (N, 2)
-    return float(np.sqrt((off**2).sum(axis=1).mean()))
 
 
 def measure_errors(found: Similarity | ArrayLike, pair: MapPair) -> Errors:
@@ -169,11 +138,6 @@ def stratum_of(related: bool, overlap: float | None) -> Stratum:
     if not related or (overlap is not None and overlap < UNRELATED_BELOW):
         return "unrelated"
     return "optional" if overlap is not None and overlap < REQUIRED_FROM else "required"
-
-
-def is_bent(residual_over_l: float | None) -> bool:
-    """Say whether a pair is in the stratum "bent": no single similarity is true to it within 1.5 % of L."""
-    return residual_over_l is not None and residual_over_l > BENT_ABOVE
 
 
 def outcome_of(verdict: Verdict, grades: Sequence[Grade], stratum: Stratum) -> Outcome:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -13,11 +13,12 @@ from rectmerge.errors import SimulationError
 from sim._kernels import paths
 from sim.world import Room, World, covers
 
-ROBOT_RADIUS_M = 0.2
+ROBOT_RADIUS_M, ROBOT_HEIGHT_M = 0.2, 0.3
 KEEP_OFF_M = 0.3  # centre of the robot to the nearest obstacle, at least
 COMFORT_M = 0.6  # closer than this to an obstacle, a path costs more
 CELL_M = 0.1
 LOOK_AHEAD_M = 0.45
+OFF_THE_WAY_M = 0.5  # a robot pushed aside gets back to the drivable part over no more than this
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,18 +36,31 @@ class DriveField:
     clearance: NDArray[np.float64]
     is_drivable: NDArray[np.bool_]
 
+    def prices(self) -> NDArray[np.float64]:
+        """Return what a metre of driving costs in each cell: 1, more near obstacles, inf where there is no driving."""
+        return np.where(self.is_drivable, 1.0 + 6.0 * np.maximum(0.0, COMFORT_M - self.clearance), np.inf)
+
 
 def drivable(world: World) -> DriveField:
-    """Find where a robot can drive."""
-    cells = world.raster(CELL_M / 2).free[::-1].view(np.uint8)
-    cells = np.pad(cells, ((0, cells.shape[0] % 2), (0, cells.shape[1] % 2)))
+    """Find where a robot can drive, whatever its laser sees: low, high and glass obstacles count alike.
+
+    Raises
+    ------
+    SimulationError
+        If the world has no floor, or none that is wide enough.
+    """
+    if not (world.rooms or world.floor):
+        raise SimulationError(f"this {world.family or 'world'} has no floor: neither rooms nor floor outlines")
+    met = tuple(replace(p, bottom=0.0) for p in world.obstacles if p.bottom < ROBOT_HEIGHT_M)
+    cells = replace(world, walls=met, furniture=(), glass=()).raster(CELL_M / 2, height_m=0.0).free[::-1]
+    cells = np.pad(cells.view(np.uint8), ((0, cells.shape[0] % 2), (0, cells.shape[1] % 2)))
     clearance = cv2.distanceTransform(np.pad(cells, 1), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1] * (CELL_M / 2)
     clearance = np.minimum.reduce([clearance[r::2, c::2] for r in (0, 1) for c in (0, 1)])
     count, labels, stats, _ = cv2.connectedComponentsWithStats(
         (clearance >= KEEP_OFF_M).astype(np.uint8), connectivity=4
     )
     if count < 2:
-        raise SimulationError("a robot fits nowhere in this world")
+        raise SimulationError(f"a robot fits nowhere in this {world.family or 'world'}")
     largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
     return DriveField(clearance.astype(np.float64), labels == largest)
 
@@ -86,13 +100,72 @@ def shortest_path(
     SimulationError
         If there is no way.
     """
-    price = np.where(field.is_drivable, 1.0 + 6.0 * np.maximum(0.0, COMFORT_M - field.clearance), np.inf)
-    cost = paths.cost_to_goal(price, *nearest_drivable(field, goal))
-    row, col = nearest_drivable(field, start)
-    if not math.isfinite(cost[row, col]):
+    costs = costs_from(field.prices(), goal)
+    path = way_down(costs, start)
+    if path is None:
         raise SimulationError(f"no way from {np.round(start, 2).tolist()} to {np.round(goal, 2).tolist()}")
-    cells = paths.descend(cost, row, col)  # (N, 2)
-    return cell_centres(*cells.T), float(cost[row, col]) * CELL_M
+    return path, cost_m(costs, start)
+
+
+def costs_from(prices: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the cost in cells between every cell and the drivable one nearest to a point; inf where there is no way.
+
+    `prices` are those of `DriveField.prices`, shape (H, W).
+    """
+    return paths.cost_to_goal(prices, *nearest_cell(np.isfinite(prices), point))
+
+
+def way_down(costs: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Follow a field of `costs_from` from a point to where it is 0.
+
+    Returns
+    -------
+    NDArray or None
+        Waypoints, shape (N, 2), metres, about one per cell; None where no way is within half a metre of the start.
+    """
+    row, col = nearest_cell(np.isfinite(costs), start)
+    if math.hypot((col + 0.5) * CELL_M - start[0], (row + 0.5) * CELL_M - start[1]) > OFF_THE_WAY_M:
+        return None
+    return cell_centres(*paths.descend(costs, row, col).T)
+
+
+class Ways:
+    """Shortest paths over one drive field; the costs from a goal are computed once and serve every way to it."""
+
+    def __init__(self, drive: DriveField) -> None:
+        self.prices = drive.prices()
+        self._costs: dict[tuple[int, int], NDArray[np.float64]] = {}
+
+    def costs(self, goal: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the cost in cells between every cell and a goal."""
+        cell = nearest_cell(np.isfinite(self.prices), goal)
+        if cell not in self._costs:
+            self._costs[cell] = paths.cost_to_goal(self.prices, *cell)
+        return self._costs[cell]
+
+    def cost_m(self, start: NDArray[np.float64], goal: NDArray[np.float64]) -> float:
+        """Return the cost of the way between two points, in metres of comfortable driving."""
+        return cost_m(self.costs(goal), start)
+
+    def path(
+        self, start: NDArray[np.float64], goal: NDArray[np.float64], blocked: NDArray[np.bool_] | None = None
+    ) -> NDArray[np.float64] | None:
+        """Return the waypoints (N, 2) of the way, off blocked cells (H, W); None where there is none."""
+        if blocked is None:
+            return way_down(self.costs(goal), start)
+        return way_down(costs_from(np.where(blocked, np.inf, self.prices), goal), start)
+
+
+def cost_m(costs: NDArray[np.float64], start: NDArray[np.float64]) -> float:
+    """Read a field of `costs_from` at a point, in metres of comfortable driving."""
+    return float(costs[nearest_cell(np.isfinite(costs), start)]) * CELL_M
+
+
+def disc(shape: tuple[int, ...], centre: NDArray[np.float64], radius_m: float) -> NDArray[np.bool_]:
+    """Return the cells (H, W) whose centres lie within a radius of a point in metres."""
+    rows, cols = (np.arange(n) * CELL_M + CELL_M / 2 for n in shape)
+    inside: NDArray[np.bool_] = (rows[:, None] - centre[1]) ** 2 + (cols - centre[0]) ** 2 < radius_m**2
+    return inside
 
 
 def cell_centres(rows: NDArray[np.int64], cols: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -101,9 +174,22 @@ def cell_centres(rows: NDArray[np.int64], cols: NDArray[np.int64]) -> NDArray[np
     return centres
 
 
+def cell_at(point: NDArray[np.float64]) -> tuple[int, int]:
+    """Return the (row, col) of the cell that a point in metres lies in, inside the grid or not."""
+    return math.floor(point[1] / CELL_M), math.floor(point[0] / CELL_M)
+
+
 def nearest_drivable(field: DriveField, point: NDArray[np.float64]) -> tuple[int, int]:
     """Return the drivable (row, col) nearest to a point in metres."""
-    rows, cols = np.nonzero(field.is_drivable)
+    return nearest_cell(field.is_drivable, point)
+
+
+def nearest_cell(mask: NDArray[np.bool_], point: NDArray[np.float64]) -> tuple[int, int]:
+    """Return the (row, col) of a mask that is nearest to a point in metres; the mask must not be empty."""
+    row, col = cell_at(point)
+    if 0 <= row < mask.shape[0] and 0 <= col < mask.shape[1] and mask[row, col]:
+        return row, col
+    rows, cols = np.nonzero(mask)
     away = np.hypot((cols + 0.5) * CELL_M - point[0], (rows + 0.5) * CELL_M - point[1])
     k = int(np.argmin(away))
     return int(rows[k]), int(cols[k])
@@ -142,3 +228,26 @@ def look_ahead(
     nearest = reached + int(np.argmin(np.hypot(window[:, 0] - position[0], window[:, 1] - position[1])))
     aim = min(len(path) - 1, nearest + max(1, round(LOOK_AHEAD_M / CELL_M)))
     return path[aim], nearest
+
+
+class Follower:
+    """A path and how far along it a robot has come."""
+
+    def __init__(self, path: NDArray[np.float64]) -> None:
+        self._path, self._at = path, 0
+
+    @property
+    def end(self) -> NDArray[np.float64]:
+        """The last waypoint, (2,)."""
+        last: NDArray[np.float64] = self._path[-1]
+        return last
+
+    @property
+    def rest(self) -> NDArray[np.float64]:
+        """The waypoints that lie ahead, (N, 2)."""
+        return self._path[self._at :]
+
+    def target(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the point to steer to from a position."""
+        target, self._at = look_ahead(self._path, position, self._at)
+        return target

@@ -1,4 +1,4 @@
-"""How a robot tours rooms: which rooms, in which order, along which path, and what it does when it is stuck.
+"""How a robot tours rooms: which rooms, in which order, and from which start.
 
 The tours are planned on the true plan and driven by true poses: they stand for an operator who knows the building.
 """
@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import SimulationError
-from sim.driving import DriveField, Steering, cell_centres, look_ahead, shortest_path
+from sim.driving import DriveField, Ways, cell_at, cell_centres, disc, nearest_cell, standing_spot
 from sim.world import Room, World, covers
 
-ARRIVED_M = 0.25
-STUCK_AFTER_S, STUCK_WITHIN_M = 6.0, 0.08
-BACK_OFF_S, MOST_BACK_OFFS = 1.0, 4
 SECOND_LOOK_M2 = 22.0  # rooms larger than this are looked at from a second spot
+APART_M = 1.0  # between two robots at the start, at least
+Stop = tuple[str, NDArray[np.float64]]  # a room's name and a point (2,) in it
 
 
 def share_rooms(world: World, share: float, *, from_left: bool) -> tuple[Room, ...]:
@@ -38,103 +37,175 @@ def share_rooms(world: World, share: float, *, from_left: bool) -> tuple[Room, .
     return tuple(rooms[: max(2, min(len(rooms), round(share * len(rooms))))])
 
 
-def plan_stops(
-    drive: DriveField, rooms: Sequence[Room], rng: np.random.Generator
-) -> tuple[NDArray[np.float64], tuple[tuple[str, NDArray[np.float64]], ...]]:
-    """Choose where to start and, always the nearest next, where to look around.
-
-    Returns
-    -------
-    start, stops
-        The start (2,), in the first room, and the (room name, point (2,)) to visit in order.
-    """
-    left = [(room.name, spot) for room in rooms for spot in _spots(drive, room, rng)]
-    at = left[0][1]
-    start, stops = at, []
-    while left:
-        costs = [shortest_path(drive, at, spot)[1] for _, spot in left]
-        stops.append(left.pop(int(np.argmin(costs))))
-        at = stops[-1][1]
-    return start, tuple(stops)
-
-
-def _spots(drive: DriveField, room: Room, rng: np.random.Generator) -> list[NDArray[np.float64]]:
-    """The room's spot, and in a large room one more, drawn from its drivable cells, well away from the first."""
-    if room.area_m2 < SECOND_LOOK_M2:
-        return [room.spot]
-    rows, cols = np.nonzero(drive.is_drivable & (drive.clearance > 0.5))
-    points = cell_centres(rows, cols)
-    reach = 0.3 * math.sqrt(room.area_m2)
-    away = np.hypot(*(points - room.spot).T) > reach
-    choice = points[away & covers(room.outline, points)]
-    return [room.spot] if not len(choice) else [room.spot, choice[int(rng.integers(len(choice)))]]
-
-
-@dataclass(slots=True, eq=False)
-class Tour:
-    """Drives one robot through its stops; call `command` once per control step.
-
-    A robot that does not get on backs off and plans anew; after some such tries it gives up and says so in `note`.
-    """
-
-    drive: DriveField
-    stops: tuple[tuple[str, NDArray[np.float64]], ...]
-    steering: Steering
-    visited: list[str] = field(default_factory=list)
-    note: str = ""
-    is_done: bool = False
-    _path: NDArray[np.float64] | None = None
-    _at: int = 0
-    _back_offs: int = 0
-    _back_until: float = -1.0
-    _mark: tuple[float, float, float] = (0.0, math.inf, math.inf)  # time, x, y of the last progress
-
-    def command(self, pose: NDArray[np.float64], time: float) -> tuple[float, float]:
-        """Return forward speed (m/s) and rate of turn (rad/s) for a pose (x, y, yaw) at a time in seconds."""
-        if self.is_done:
-            return 0.0, 0.0
-        if time < self._back_until:
-            return -0.2, 0.0
-        if np.hypot(*(self.stops[len(self.visited)][1] - pose[:2])) < ARRIVED_M:
-            self._arrive()
-            return 0.0, 0.0
-        if self._is_stuck(pose, time):
-            return self._back_off(time)
-        if self._path is None:
-            self._path, self._at = shortest_path(self.drive, pose[:2], self.stops[len(self.visited)][1])[0], 0
-        target, self._at = look_ahead(self._path, pose[:2], self._at)
-        return self.steering.command(pose, target)
-
-    def _arrive(self) -> None:
-        self.visited.append(self.stops[len(self.visited)][0])
-        self._path = None
-        self.is_done = len(self.visited) == len(self.stops)
-
-    def _is_stuck(self, pose: NDArray[np.float64], time: float) -> bool:
-        if math.hypot(pose[0] - self._mark[1], pose[1] - self._mark[2]) > STUCK_WITHIN_M:
-            self._mark = (time, float(pose[0]), float(pose[1]))
-        return time - self._mark[0] > STUCK_AFTER_S
-
-    def _back_off(self, time: float) -> tuple[float, float]:
-        self._back_offs += 1
-        self._path, self._back_until, self._mark = None, time + BACK_OFF_S, (time + BACK_OFF_S, math.inf, math.inf)
-        if self._back_offs > MOST_BACK_OFFS:
-            self.is_done = True
-            self.note = f"stuck on the way to {self.stops[len(self.visited)][0]} after {time:.0f} s"
-        return -0.2, 0.0
-
-
-def make_tour(
-    world: World, drive: DriveField, rooms: Sequence[Room], steering: Steering, rng: np.random.Generator
-) -> tuple[NDArray[np.float64], Tour]:
-    """Plan one robot's tour; returns its start pose (x, y, yaw) and the tour.
+def find_stops(drive: DriveField, rooms: Sequence[Room], rng: np.random.Generator) -> list[Stop]:
+    """Choose where to look around in each room that can be entered; in a large one from two spots, the second drawn.
 
     Raises
     ------
     SimulationError
-        If there are no rooms to visit.
+        If no room can be entered.
     """
-    if not rooms:
-        raise SimulationError(f"this {world.family or 'world'} has no rooms to visit")
-    start, stops = plan_stops(drive, rooms, rng)
-    return np.array([start[0], start[1], rng.uniform(-math.pi, math.pi)]), Tour(drive, stops, steering)
+    stops = [(room.name, spot) for room in rooms for spot in _spots(drive, room, rng)]
+    if not stops:
+        raise SimulationError(f"a robot can enter none of the {len(rooms)} rooms to tour")
+    return stops
+
+
+def _spots(drive: DriveField, room: Room, rng: np.random.Generator) -> list[NDArray[np.float64]]:
+    first: NDArray[np.float64] | None = room.spot
+    if not drive.is_drivable[cell_at(room.spot)]:  # what only this visit finds may stand there
+        first = standing_spot(drive, room)
+    if first is None:
+        return []
+    if room.area_m2 < SECOND_LOOK_M2:
+        return [first]
+    rows, cols = np.nonzero(drive.is_drivable & (drive.clearance > 0.5))
+    points = cell_centres(rows, cols)
+    away = np.hypot(*(points - first).T) > 0.3 * math.sqrt(room.area_m2)
+    choice = points[away & covers(room.outline, points)]
+    return [first] if not len(choice) else [first, choice[int(rng.integers(len(choice)))]]
+
+
+def starts_apart(
+    drive: DriveField, ways: Ways, apart: float, rng: np.random.Generator
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Choose where two robots start: one at an end of the building, the other at a share of the way to the other end.
+
+    Parameters
+    ----------
+    drive, ways
+        Where they can drive.
+    apart
+        0 for side by side, 1 for as far as can be.
+    rng
+        Of the choice.
+    """
+    rows, cols = np.nonzero(drive.is_drivable & (drive.clearance >= min(0.5, drive.clearance[drive.is_drivable].max())))
+    spots = cell_centres(rows, cols)
+    anywhere = spots[int(rng.integers(len(spots)))]
+    first = spots[int(np.argmax(ways.costs(anywhere)[rows, cols]))]
+    order = np.argsort(ways.costs(first)[rows, cols], kind="stable")
+    share = min(1.0, max(0.0, apart + rng.uniform(-0.05, 0.05)))
+    return first, spots[order[round(share * (len(order) - 1))]]
+
+
+def keep_apart(drive: DriveField, start: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Move a start out of another robot's way where it is too near.
+
+    Raises
+    ------
+    SimulationError
+        If there is no place for two robots.
+    """
+    if np.hypot(*(start - other)) >= APART_M:
+        return start
+    away = drive.is_drivable & ~disc(drive.is_drivable.shape, other, APART_M)
+    if not away.any():
+        raise SimulationError("there is no place for a second robot in this world")
+    row, col = nearest_cell(away, start)
+    return cell_centres(np.array([row]), np.array([col]))[0]
+
+
+def in_order(ways: Ways, stops: Sequence[Stop], first: int) -> list[Stop]:
+    """Sort stops so that, from the first one on, always the nearest comes next."""
+    left = list(stops)
+    order = [left.pop(first)]
+    while left:
+        order.append(left.pop(int(np.argmin([ways.cost_m(spot, order[-1][1]) for _, spot in left]))))
+    return order
+
+
+def shorten_round(ways: Ways, stops: Sequence[Stop]) -> list[Stop]:
+    """Shorten a round trip through all stops and back to the first by turning parts of it (2-opt).
+
+    In a building whose corridor is a ring the shortest round trip goes round it.
+    """
+    apart = np.array([[ways.cost_m(p, q) for _, p in stops] for _, q in stops])
+    order, is_better = list(range(len(stops))), True
+    while is_better:
+        is_better = False
+        for i in range(len(order) - 1):
+            for j in range(i + 2, len(order) - (i == 0)):
+                p, q, r, s = order[i], order[i + 1], order[j], order[(j + 1) % len(order)]
+                if apart[p, r] + apart[q, s] < apart[p, q] + apart[r, s] - 1e-6:
+                    order[i + 1 : j + 1] = order[j:i:-1]
+                    is_better = True
+    return [stops[k] for k in order]
+
+
+@dataclass(slots=True, eq=False)
+class Tour:
+    """Guides one robot through its stops, in order.
+
+    Parameters
+    ----------
+    ways
+        Where it can drive.
+    stops
+        Where it looks around.
+    home
+        Where it returns at the end; None where it does not.
+    """
+
+    ways: Ways
+    stops: list[Stop]
+    home: NDArray[np.float64] | None = None
+    visited: list[str] = field(default_factory=list)
+    note: str = ""
+    is_done: bool = False
+    _put_off: set[str] = field(default_factory=set)
+
+    @property
+    def goal(self) -> str:
+        """Where it is going, for people."""
+        return self.stops[0][0] if self.stops else "its start"
+
+    def look(self) -> bool:
+        """Tell whether the way should be planned anew: what a scan shows does not change a tour."""
+        return False
+
+    def path(
+        self, position: NDArray[np.float64], blocked: NDArray[np.bool_] | None = None
+    ) -> NDArray[np.float64] | None:
+        """Plan the way to the next stop or home, off blocked cells (H, W); None where there is none."""
+        target = self.stops[0][1] if self.stops else self.home
+        return None if target is None else self.ways.path(position, target, blocked)
+
+    def way_home_m(self, position: NDArray[np.float64]) -> float:
+        """Return the cost of the way home, 0 for a robot that does not return."""
+        return 0.0 if self.home is None else self.ways.cost_m(position, self.home)
+
+    def arrive(self) -> None:
+        """Take note of the stop and turn to the next."""
+        if self.stops:
+            self.visited.append(self.stops.pop(0)[0])
+        else:
+            self.is_done = True
+        self.is_done |= not self.stops and self.home is None
+
+    def put_off(self) -> None:
+        """Try the current stop again after all others; the second time leave it out."""
+        if not self.stops:
+            return
+        stop = self.stops.pop(0)
+        key = str(stop)
+        if self.stops and key not in self._put_off:
+            self._put_off.add(key)
+            self.stops.append(stop)
+        else:
+            self.note = f"could not get to {stop[0]}"
+        self.is_done = not self.stops and self.home is None
+
+    def finish(self) -> None:
+        """Leave the other stops out: go home, or end here."""
+        self.stops = []
+        self.is_done = self.home is None
+
+
+def make_tour(ways: Ways, stops: Sequence[Stop], start: NDArray[np.float64], *, closes_loop: bool = False) -> Tour:
+    """Plan a tour of stops that begins at the one nearest to a start; it returns to the start if it closes its loop."""
+    first = int(np.argmin([ways.cost_m(spot, start) for _, spot in stops]))
+    order = in_order(ways, stops, first)
+    if closes_loop:
+        return Tour(ways, shorten_round(ways, order), start)
+    return Tour(ways, order)

@@ -12,7 +12,7 @@ from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.similarity import Similarity
 from sim._kernels.tracing import trace_scans
 
-HIT, MISS, LIMIT = 1.0, -0.4, 8.0  # log-odds of one hit, one miss, and where they saturate
+HIT, MISS, LIMIT = 1.0, 0.4, 8.0  # log-odds that one hit adds, that one miss takes away, and where they saturate
 MOST_CELLS = 100_000_000
 
 
@@ -49,6 +49,8 @@ def build_map(
     resolution: float,
     max_range_m: float,
     frame: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    hit: float = HIT,
+    miss: float = MISS,
 ) -> OccupancyGrid:
     """Build a map from scans.
 
@@ -66,6 +68,8 @@ def build_map(
         How far a beam that met nothing has seen.
     frame
         Pose (x, y, yaw) of the map frame in the frame of `poses`.
+    hit, miss
+        Log-odds that a hit adds to its cell, and that a ray takes away from each cell it passes; both positive.
 
     Returns
     -------
@@ -85,6 +89,8 @@ def build_map(
     """
     if not (math.isfinite(resolution) and resolution > 0):
         raise InputError(f"resolution must be a positive number of metres per cell, got {resolution}")
+    if not (0 < hit <= LIMIT and 0 < miss <= LIMIT):
+        raise InputError(f"hit and miss must be log-odds > 0 and <= {LIMIT:g}, got {hit} and {miss}")
     if poses.ndim != 2 or poses.shape[1] != 3 or ranges.shape != (len(poses), len(angles)):
         raise InputError(f"poses (S, 3), angles (B,) and ranges (S, B) disagree: {poses.shape}, {ranges.shape}")
     kinds = np.where(np.isnan(ranges), -1, np.isfinite(ranges)).astype(np.int8)
@@ -99,7 +105,7 @@ def build_map(
     if width * height > MOST_CELLS:
         raise InputError(f"a map of {width} x {height} cells is too large: resolution {resolution} is too fine")
     log_odds = np.zeros((height, width), dtype=np.float32)
-    trace_scans(starts - low, ends - low, kinds, log_odds, HIT, MISS, LIMIT)
+    trace_scans(starts - low, ends - low, kinds, log_odds, hit, -miss, LIMIT)
     return _crop(log_odds, low, resolution)
 
 

@@ -1,170 +1,38 @@
-"""Missions: two robots tour one building in one simulation; the log keeps what their lasers could know, exactly."""
+"""Missions: two robots explore one building in one simulation; the log keeps what their lasers could know, exactly."""
 
 from __future__ import annotations
 
-import io
-import json
 import math
-import zipfile
-from dataclasses import asdict, dataclass, field
-from pathlib import Path
-from typing import Any
+import time
+from dataclasses import replace
 
-import cattrs
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge.errors import InputError, SimulationError
-from rectmerge.imagefile import replace_file
-from sim.bullet import TRACK_M, WHEEL_RADIUS_M, Physics, physics
-from sim.driving import Steering, drivable
-from sim.exploration import Tour, make_tour, share_rooms
-from sim.lidar import Lidar
+from rectmerge.errors import SimulationError
+from sim.bullet import Physics, physics
+from sim.casting import Caster
+from sim.coverage import SeenFloor, all_cuts, least_area_m2
+from sim.driving import DriveField, Steering, Ways, cell_centres, drivable, nearest_drivable
+from sim.exploration import find_stops, keep_apart, make_tour, share_rooms, starts_apart
+from sim.frontiers import Frontiers
+from sim.missionlog import FEWEST_SCANS, MissionLog, RobotLog, cut_to_overlap
+from sim.missionspec import USUAL_SHARE, MissionSpec, RobotSpec
+from sim.piloting import Guide, Pilot
+from sim.robot import Robot
 from sim.world import World
 
+__all__ = ["MissionLog", "MissionSpec", "RobotLog", "RobotSpec", "cut_to_overlap", "run_mission"]
+
 CONTROL_EVERY = 3  # physics steps per control step
-FEWEST_SCANS = 10
-BROKEN = (  # what a foreign file may raise
-    *(OSError, EOFError, zipfile.BadZipFile, ValueError, KeyError, TypeError, AttributeError),
-    cattrs.BaseValidationError,
-)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RobotSpec:
-    """What one robot is and how it explores.
-
-    Parameters
-    ----------
-    lidar
-        Its scanner.
-    speed_m_s
-        Top speed.
-    scan_hz
-        Scans that are kept per simulated second.
-    share
-        Share of the rooms that it tours: A from one end of the building, B from the other.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
-
-    lidar: Lidar = field(default_factory=Lidar)
-    speed_m_s: float = 0.9
-    scan_hz: float = 4.0
-    share: float = 0.7
-
-    def __post_init__(self) -> None:
-        _require_within(self, speed_m_s=(0.1, 2.0), scan_hz=(0.5, 40.0), share=(0.0, 1.0))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MissionSpec:
-    """How two robots explore.
-
-    Parameters
-    ----------
-    a, b
-        The robots, which may differ in everything.
-    physics_hz
-        Physics steps per simulated second.
-    max_seconds
-        Simulated time after which a robot stops, wherever it is.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
-
-    a: RobotSpec = field(default_factory=RobotSpec)
-    b: RobotSpec = field(default_factory=RobotSpec)
-    physics_hz: int = 60
-    max_seconds: float = 240.0
-
-    def __post_init__(self) -> None:
-        _require_within(self, physics_hz=(30, 480), max_seconds=(5.0, 3600.0))
-
-
-def _require_within(spec: object, **bounds: tuple[float, float]) -> None:
-    for name, (low, high) in bounds.items():
-        if not low <= getattr(spec, name) <= high:
-            raise InputError(f"{name} must be {low} to {high}, got {getattr(spec, name)}")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class RobotLog:
-    """What one robot did and could see; S scans of B beams.
-
-    Parameters
-    ----------
-    times
-        Shape (S,), simulated seconds.
-    poses
-        True poses (x, y, yaw) of the scanner in the world, shape (S, 3).
-    odometry
-        Poses by counting wheel turns from the true first pose, shape (S, 3).
-    ranges
-        True ranges, shape (S, B), metres; inf where nothing is in the scanner's reach. Noise comes when a map is built.
-    rooms
-        The rooms it reached, in order.
-    note
-        Empty, or why it stopped before its tour was done.
-    """
-
-    times: NDArray[np.float64]
-    poses: NDArray[np.float64]
-    odometry: NDArray[np.float64]
-    ranges: NDArray[np.float64]
-    rooms: tuple[str, ...]
-    note: str = ""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MissionLog:
-    """One mission: the building, how it was explored, and both robots' logs. Picklable."""
-
-    world: World
-    spec: MissionSpec
-    seed: int
-    a: RobotLog
-    b: RobotLog
-
-    def save(self, path: Path) -> None:
-        """Write the log as one .npz file, whole or not at all."""
-        head = {"world": self.world.as_dict(), "spec": asdict(self.spec), "seed": self.seed}
-        arrays: dict[str, NDArray[Any]] = {}
-        for name, robot in (("a", self.a), ("b", self.b)):
-            head[name] = {"rooms": robot.rooms, "note": robot.note}
-            arrays |= {f"{name}_{key}": getattr(robot, key) for key in ("times", "poses", "odometry", "ranges")}
-        arrays["head"] = np.array(json.dumps(head))
-        packed = io.BytesIO()
-        np.savez_compressed(packed, allow_pickle=False, **arrays)
-        replace_file(path, packed.getvalue())
-
-    @classmethod
-    def load(cls, path: Path) -> MissionLog:
-        """Read what `save` wrote.
-
-        Raises
-        ------
-        InputError
-            If the file is no mission log.
-        """
-        try:
-            with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
-                head = json.loads(str(data["head"]))
-                robots = {n: _read_robot(data, n, head[n]) for n in ("a", "b")}
-            spec = cattrs.structure(head["spec"], MissionSpec)
-            return cls(world=World.from_dict(head["world"]), spec=spec, seed=int(head["seed"]), **robots)
-        except BROKEN as error:
-            raise InputError(f"{path} is not a mission log: {error}") from error
+CHECK_EVERY_S = 3.0  # between looks at whether anything more is needed
+NO_GAIN_S, GAIN = 15.0, 1.02  # so long without better cuts to a wanted overlap that was passed ends a mission
+FAR_ENOUGH = 0.7  # starts are this times the wanted overlap nearer than as far apart as can be
+UNHURRIED = 0.5  # of its top speed a robot makes good on a way, turns and doors included
 
 
 def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:
-    """Let two robots tour a building, each its own rooms, in one simulation.
+    """Let two robots explore a building in one simulation.
 
     Parameters
     ----------
@@ -173,84 +41,191 @@ def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:
     spec
         How it is explored.
     seed
-        Which end A begins at, the start headings, second looks; same world, spec and seed, same bytes.
+        Of starts, headings and second looks; same world, spec and seed, same bytes.
+
+    Returns
+    -------
+    MissionLog
+        Cut to the wanted overlap, if one is wanted. Tries that came to nothing are in `discarded`.
 
     Raises
     ------
     SimulationError
-        If PyBullet is missing, or a robot fits nowhere or got stuck before it had seen anything worth a map.
+        If PyBullet is missing, a robot fits nowhere, there is nothing to tour, or no try gave maps worth making with
+        the wanted overlap; the message says what every try came to.
     """
-    rng = np.random.default_rng(seed)
-    drive = drivable(world)
-    a_is_left = bool(rng.random() < 0.5)
-    with physics(world, hz=spec.physics_hz) as bullet:
-        drivers: list[_Driver] = []
-        for robot, from_left in ((spec.a, a_is_left), (spec.b, not a_is_left)):
-            rooms = share_rooms(world, robot.share, from_left=from_left)
-            start, tour = make_tour(world, drive, rooms, Steering(speed_m_s=robot.speed_m_s), rng)
-            drivers.append(_Driver(bullet, start, tour, robot, spec.physics_hz, visit=len(drivers)))
-        _drive(bullet, drivers, spec)
-    a, b = (driver.log() for driver in drivers)
-    return MissionLog(world=world, spec=spec, seed=seed, a=a, b=b)
+    discarded: list[str] = []
+    drives, apart = _drives(world), None if spec.overlap is None else 1.0 - FAR_ENOUGH * spec.overlap
+    for stream in np.random.SeedSequence(seed).spawn(spec.tries):
+        mission = _Mission(world, spec, drives, apart, np.random.default_rng(stream))
+        try:
+            log = replace(mission.run(), seed=seed, discarded=tuple(discarded))
+            return log if spec.overlap is None else cut_to_overlap(log, spec.overlap)
+        except SimulationError as error:
+            discarded.append(str(error))
+            apart = mission.better_apart()
+    raise SimulationError(f"no mission in {spec.tries} tries: {'; '.join(dict.fromkeys(discarded))}")
 
 
-def _drive(bullet: Physics, drivers: list[_Driver], spec: MissionSpec) -> None:
-    """Step the simulation until both tours have ended."""
-    for k in range(round(spec.max_seconds * spec.physics_hz)):
-        time = k / spec.physics_hz
-        busy = [driver for driver in drivers if not driver.tour.is_done]
-        if not busy:
-            return
-        for driver in busy:
-            if k % CONTROL_EVERY == 0:
-                driver.control(time)
-            if k % driver.scan_every == 0:
-                driver.scan(time)
-        bullet.step()
-    for driver in drivers:
-        if not driver.tour.is_done:
-            driver.tour.note = f"out of time after {spec.max_seconds:.0f} s"
+def _drives(world: World) -> list[DriveField]:
+    """Where A can drive, and where B can."""
+    first = drivable(world.at_visit(0))
+    return [first, drivable(world.at_visit(1)) if any(world.visits) else first]
 
 
-class _Driver:
-    """One robot in the simulation, its tour, and what it has logged so far."""
+class _Mission:
+    """One try: where both robots start, what guides them, and the simulation that they drive in."""
 
     def __init__(
-        self, bullet: Physics, start: NDArray[np.float64], tour: Tour, spec: RobotSpec, hz: int, *, visit: int
+        self,
+        world: World,
+        spec: MissionSpec,
+        drives: list[DriveField],
+        apart: float | None,
+        rng: np.random.Generator,
     ) -> None:
-        self.bullet, self.tour, self.lidar = bullet, tour, spec.lidar
-        self.robot = bullet.add_robot(start, visit=visit)
-        self.angles = spec.lidar.angles
-        self.scan_every = max(1, round(hz / spec.scan_hz))
-        self.odometry, self.wheels = start.copy(), (0.0, 0.0)
-        self.rows: list[tuple[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]] = []
+        self.world, self.spec, self.drives = world, spec, drives
+        self.specs = (spec.a, spec.b)
+        self.a_is_left = bool(rng.random() < 0.5)
+        self.yaws = rng.uniform(-math.pi, math.pi, 2)
+        self.ways = [Ways(drives[0])] * 2 if drives[0] is drives[1] else [Ways(drive) for drive in drives]
+        self.apart = rng.uniform(0.3, 1.0) if apart is None else apart
+        self.spots = starts_apart(drives[0], self.ways[0], self.apart, rng)
+        self.seen = [SeenFloor(robot.lidar, drives[0].is_drivable.shape) for robot in self.specs]
+        self.starts: list[NDArray[np.float64]] = []
+        self.guides = [self._tour(k, rng) if self.specs[k].path == "tour" else self._frontiers(k) for k in (0, 1)]
+        self.best, self.best_at = 0.0, 0.0
+        self.clock = _Clock()
 
-    def control(self, time: float) -> None:
-        """Count the wheels' turns and set their speeds."""
-        wheels = self.bullet.wheel_angles(self.robot)
-        left, right = ((new - old) * WHEEL_RADIUS_M for new, old in zip(wheels, self.wheels, strict=True))
-        self.wheels = wheels
-        heading = self.odometry[2] + (right - left) / TRACK_M / 2
-        ahead = (left + right) / 2
-        step = [ahead * math.cos(heading), ahead * math.sin(heading), (right - left) / TRACK_M]
-        self.odometry = self.odometry + step
-        self.bullet.drive(self.robot, *self.tour.command(self.bullet.pose(self.robot), time))
+    def _tour(self, k: int, rng: np.random.Generator) -> Guide:
+        robot, rooms = self.specs[k], self.world.rooms
+        if self.spec.overlap is None:
+            share = USUAL_SHARE if robot.share is None else robot.share
+            rooms = share_rooms(self.world, share, from_left=self.a_is_left == (k == 0))
+        stops = find_stops(self.drives[k], rooms, rng)
+        points = np.array([spot for _, spot in stops])
+        first = 0 if self.spec.overlap is None else int(np.argmin(np.hypot(*(points - self.spots[k]).T)))
+        start = self._start(k, points[first])
+        return make_tour(self.ways[k], stops, start, closes_loop=robot.closes_loop)
 
-    def scan(self, time: float) -> None:
-        """Log one scan."""
-        pose = self.bullet.pose(self.robot)
-        reading = self.bullet.cast(self.robot, self.angles, self.lidar.max_range_m, self.lidar.height_m)
-        self.rows.append((time, pose, self.odometry, reading.ranges))
+    def _frontiers(self, k: int) -> Guide:
+        start = self._start(k, self.spots[k])
+        return Frontiers(self.ways[k], self.seen[k], start if self.specs[k].closes_loop else None)
 
-    def log(self) -> RobotLog:
-        """Return what was logged."""
-        if len(self.rows) < FEWEST_SCANS:
-            raise SimulationError(f"a robot made only {len(self.rows)} scans: {self.tour.note or 'its tour was short'}")
-        times, poses, odometry, ranges = (np.array(column) for column in zip(*self.rows, strict=True))
-        rooms = tuple(self.tour.visited)
-        return RobotLog(times=times, poses=poses, odometry=odometry, ranges=ranges, rooms=rooms, note=self.tour.note)
+    def _start(self, k: int, near: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Settle where a robot starts: where it can stand, and apart from the other."""
+        row, col = nearest_drivable(self.drives[k], near)
+        start = cell_centres(np.array([row]), np.array([col]))[0]
+        if self.starts:
+            start = keep_apart(self.drives[k], start, self.starts[0])
+        self.starts.append(start)
+        return start
+
+    def run(self) -> MissionLog:
+        """Simulate until both robots have ended."""
+        with physics(self.world, hz=self.spec.physics_hz) as bullet:
+            robots = [self._robot(bullet, k) for k in (0, 1)]
+            for robot, other in zip(robots, robots[::-1], strict=True):
+                robot.pilot.other, robot.pilot.position = other.pilot, robot.start[:2]
+            self._drive(bullet, robots)
+        for robot in robots:
+            self._end(robot)
+        a, b = (robot.log(self.world) for robot in robots)
+        return MissionLog(world=self.world, spec=self.spec, seed=0, a=a, b=b, seconds=self.clock.seconds())
+
+    def _robot(self, bullet: Physics, k: int) -> Robot:
+        robot = self.specs[k]
+        steering = Steering(speed_m_s=robot.speed_m_s)
+        looks_round = robot.lidar.fov_deg < 330
+        pilot = Pilot(self.guides[k], self.ways[k], steering, gives_way=k == 1, looks_round=looks_round)
+        is_asked = robot.path == "frontier" or not self.spec.coverage is self.spec.overlap is None
+        compiled = self.spec.rays == "compiled"
+        return Robot(
+            bullet,
+            robot,
+            pilot,
+            np.append(self.starts[k], self.yaws[k]),
+            visit=k,
+            seen=self.seen[k] if is_asked else None,
+            caster=Caster(self.world.at_visit(k), robot.lidar.height_m) if compiled else None,
+        )
+
+    def _drive(self, bullet: Physics, robots: list[Robot]) -> None:
+        hz, clock = self.spec.physics_hz, self.clock
+        scan_every = [max(1, round(hz / robot.scan_hz)) for robot in self.specs]
+        for k in range(round(self.spec.max_seconds * hz)):
+            now = k / hz
+            if all(robot.pilot.is_done for robot in robots):
+                return
+            for robot, other, every in zip(robots, robots[::-1], scan_every, strict=True):
+                if k % every == 0 and not robot.pilot.is_done:
+                    robot.scan(now, other.pose)
+                    clock.lap("rays")
+                    robot.look()
+            if k % CONTROL_EVERY == 0:
+                for robot in robots:
+                    robot.control(now)
+            if k % round(CHECK_EVERY_S * hz) == 0:
+                self._check(robots, now)
+            clock.lap("planning")
+            bullet.step()
+            clock.lap("physics")
+
+    def _check(self, robots: list[Robot], now: float) -> None:
+        """End the exploration of robots that have seen enough, or have to go home now."""
+        is_met = self.spec.overlap is not None and self._is_met(self.spec.overlap, now)
+        for robot, spec, ways, drive in zip(robots, self.specs, self.ways, self.drives, strict=True):
+            guide = robot.pilot.guide
+            way_m = ways.cost_m(robot.pose[:2], robot.start[:2]) if spec.closes_loop else 0.0
+            is_late = spec.closes_loop and now + way_m / (UNHURRIED * spec.speed_m_s) > self.spec.max_seconds
+            is_full = self.spec.coverage is not None and robot.seen.share_of(drive.is_drivable) >= self.spec.coverage
+            if (is_met or is_late or is_full) and not robot.pilot.is_done:
+                guide.finish()
+                robot.pilot.replan()
+
+    def _is_met(self, overlap: float, now: float) -> bool:
+        """Whether the wanted overlap has been passed, and cuts to it have not gained for a while."""
+        if min(seen.scans for seen in self.seen) < FEWEST_SCANS:
+            return False
+        cuts = all_cuts(*self.seen, fewest=FEWEST_SCANS)
+        choice = cuts.choose(overlap, least_m2=least_area_m2(self.drives[0].is_drivable))
+        if choice is not None and choice.worth > GAIN * self.best:
+            self.best, self.best_at = choice.worth, now
+        return self.best > 0 and cuts.overlaps[-1, -1] > overlap and now - self.best_at >= NO_GAIN_S
+
+    def better_apart(self) -> float | None:
+        """Tell how far apart to start next time: further where the maps had too much in common, nearer otherwise."""
+        if self.spec.overlap is None:
+            return None
+        least = least_area_m2(self.drives[0].is_drivable)
+        reached = all_cuts(*self.seen, fewest=1).range(least_m2=least) or (0.0, 0.0)
+        return (self.apart + 1) / 2 if reached[0] > self.spec.overlap else self.apart / 2
+
+    def _end(self, robot: Robot) -> None:
+        """Note what is left undone."""
+        pilot = robot.pilot
+        if not pilot.is_done:
+            pilot.end(f"out of time after {self.spec.max_seconds:.0f} s")
+        elif not pilot.note and self.spec.coverage is not None and robot.seen is not None:
+            share = robot.seen.share_of(self.drives[0].is_drivable)
+            if share < self.spec.coverage:
+                pilot.end(f"found {share:.0%} of the floor, not {self.spec.coverage:.0%}")
 
 
-def _read_robot(data: Any, name: str, head: dict[str, Any]) -> RobotLog:
-    arrays = {key: data[f"{name}_{key}"] for key in ("times", "poses", "odometry", "ranges")}
-    return RobotLog(**arrays, rooms=tuple(head["rooms"]), note=str(head["note"]))
+class _Clock:
+    """Counts real seconds by stage, for benches."""
+
+    def __init__(self) -> None:
+        self._began = self._last = time.perf_counter()
+        self._spent: dict[str, float] = {}
+
+    def lap(self, stage: str) -> None:
+        """Count the time since the last lap for a stage."""
+        now = time.perf_counter()
+        self._spent[stage] = self._spent.get(stage, 0.0) + now - self._last
+        self._last = now
+
+    def seconds(self) -> dict[str, float]:
+        """Return the seconds of every stage, and the rest."""
+        whole = time.perf_counter() - self._began
+        return {**self._spent, "rest": whole - sum(self._spent.values())}

@@ -15,6 +15,7 @@ from rectmerge.alignment import Alignment, Candidate
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 from scenarios.pairs import MapPair
+from scenarios.placement import PlacedMap
 
 TRUTH = Similarity(1.0, 0.0, 4.0, 2.0)
 
@@ -43,6 +44,13 @@ def pair(pair_id: str = "p0", *, related: bool = True, truth: Similarity = TRUTH
         **changes,
     }
     return MapPair(**content)
+
+
+def pixel_to_world(placed: PlacedMap, pixels: np.ndarray) -> np.ndarray:
+    """Invert `world_to_pixel`, which is affine, from three points."""
+    base = placed.world_to_pixel([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    forward = np.stack([base[1] - base[0], base[2] - base[0]], axis=1)
+    return np.linalg.solve(forward, (pixels - base[0]).T).T
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ import pytest
 
 from rectmerge.errors import DatasetError
 from scenarios.dataset import is_dataset, open_dataset
-from scenarios.score import control_point_rmse
+from scenarios.truth import control_point_rmse
 
 ROW = {
     "pair_id": "p",

@@ -33,11 +33,16 @@ def test_clearing_an_earlier_demo_spares_other_pictures(tmp_path):
     for name in ("demo.png", "overlay_paper.png", "score.json", "holiday.png"):
         (tmp_path / name).write_bytes(b"x")
 
+    (tmp_path / "mission").mkdir()
+    for name in ("robot_a.slam.tum", "mission.npz", "mine.npz"):
+        (tmp_path / "mission" / name).write_bytes(b"x")
+
     with pytest.raises(InputError, match="--force"):
         cleared_folder(tmp_path, OWN_FILES, force=False)
     cleared_folder(tmp_path, OWN_FILES, force=True)
 
-    assert [path.name for path in tmp_path.iterdir()] == ["holiday.png"]
+    assert [path.name for path in tmp_path.iterdir() if path.is_file()] == ["holiday.png"]
+    assert [path.name for path in (tmp_path / "mission").iterdir()] == ["mine.npz"]
 
 
 @pytest.mark.sim
@@ -55,7 +60,9 @@ def test_the_demo_runs_the_whole_chain_and_tells_what_it_wrote(tmp_path):
     assert {path.name for path in (tmp_path / "demo").iterdir()} == {
         *(path.name for path in shown.pictures),
         "score.json",
+        "mission",
     }
+    assert len(list((tmp_path / "demo/mission").iterdir())) == 10
     needed = {"demo.png", "world.png", "map_a.png", "map_b.png", "rectangles_a.png", "rectangles_b.png"}
     assert needed | {"overlay_truth.png"} <= {path.name for path in shown.pictures}
     for path in shown.pictures:

@@ -10,11 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rectmerge.errors import InputError
-from rectmerge.grid import UNKNOWN, OccupancyGrid
+from rectmerge.similarity import Similarity
 from scenarios.pairs import make_pair
-from scenarios.placement import MapSpec, crop_to_known, place_map, turn_image
+from scenarios.placement import MapSpec, place_map
+from scenarios.truth import known_extent
 from sim.mission import RobotSpec
+from tests.scenarios.made import pixel_to_world
 from tests.sim.made import office_log, wall_distance
 
 LOG = office_log()
@@ -45,13 +46,6 @@ def test_wall_cells_stand_on_the_walls_of_the_world(kind, turn, resolution):
     half = 0.5 if kind == "frame" else 1.0  # half a cell to its centre; the nearest neighbour may be half a cell off
     assert wall_distance(LOG.world, world).max() < 1.4143 * half * resolution
     assert wall_distance(LOG.world, world).mean() < half * resolution
-
-
-def pixel_to_world(placed, pixels):
-    """Invert `world_to_pixel`, which is affine, from three points."""
-    base = placed.world_to_pixel([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    forward = np.stack([base[1] - base[0], base[2] - base[0]], axis=1)
-    return np.linalg.solve(forward, (pixels - base[0]).T).T
 
 
 @settings(max_examples=15, deadline=None)
@@ -176,64 +170,71 @@ def test_a_pair_is_picklable():
     assert pickle.loads(pickle.dumps(pair)).pixels == pair.pixels
 
 
-@pytest.mark.parametrize("quarter", range(-2, 3))
-def test_turning_by_quarters_moves_every_cell_exactly(quarter):
-    cells = np.random.default_rng(0).choice([-1, 0, 100], (7, 12)).astype(np.int8)
-    turned, _ = turn_image(OccupancyGrid(cells), 90.0 * quarter)
-
-    assert np.array_equal(turned.occupancy, np.rot90(cells, quarter))
+def poses_by(motion):
+    """Stand in for the robots' own estimates: the true poses moved by a function."""
+    return lambda source, *, poses, **_: motion(poses.copy())
 
 
-@settings(max_examples=30, deadline=None)
-@given(turns, st.integers(1, 12), st.integers(1, 12), st.none() | st.tuples(st.integers(1, 20), st.integers(1, 20)))
-def test_every_turned_cell_is_the_nearest_cell_of_the_old_image(turn, width, height, canvas):
-    cells = np.random.default_rng(width).choice([0, 100], (height, width)).astype(np.int8)
-    turned, pixels = turn_image(OccupancyGrid(cells), turn, canvas)
-
-    assert canvas is None or turned.shape == canvas[::-1]
-    for v, u in np.ndindex(turned.shape):
-        x, y = pixels.inverse().apply([u, v])
-        if min(abs(x % 1 - 0.5), abs(y % 1 - 0.5)) < 1e-9:
-            continue  # as near to one cell as to the next
-        col, row = math.floor(x + 0.5), math.floor(y + 0.5)
-        inside = 0 <= row < height and 0 <= col < width
-        assert turned.occupancy[v, u] == (cells[row, col] if inside else UNKNOWN)
+def turned_whole(poses):
+    """Every pose moved by the same rigid motion."""
+    placed = Similarity(1.0, 0.7, 2.0, -1.0)
+    return np.column_stack([placed.apply(poses[:, :2]), poses[:, 2] + 0.7])
 
 
-def test_a_grown_canvas_holds_the_whole_image():
-    grid = OccupancyGrid(np.zeros((202, 302), dtype=np.int8))
-    turned, _ = turn_image(grid, 27.0)
-
-    assert turned.free.sum() == pytest.approx(302 * 202, rel=0.002)
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.integers(0, 1000), st.integers(1, 9), st.integers(1, 9))
-def test_a_crop_holds_as_many_known_cells_as_any_window_and_keeps_the_frame(seed, width, height):
-    rng = np.random.default_rng(seed)
-    grid = OccupancyGrid(rng.choice([-1, 0], (6, 7), p=[0.7, 0.3]).astype(np.int8), 0.5, (3.0, 4.0, 0.3))
-    part = crop_to_known(grid, (width, height))
-    padded = np.pad(grid.occupancy, 10, constant_values=-1)
-    best = max((padded[r : r + height, c : c + width] >= 0).sum() for r in range(17) for c in range(18))
-
-    assert part.shape == (height, width)
-    assert part.free.sum() == best
-    for v, u in np.argwhere(part.free):
-        old = np.rint(grid.map_to_pixel(part.pixel_to_map([u, v]))).astype(int)
-        assert grid.free[old[1], old[0]]
+def turned_from_the_middle_on(poses):
+    """The later half of the poses turned by 12 degrees about where the first of them is, as at a lost heading."""
+    half = len(poses) // 2
+    about = Similarity(1.0, math.radians(12.0))
+    poses[half:, :2] = about.apply(poses[half:, :2] - poses[half, :2]) + poses[half, :2]
+    poses[half:, 2] += math.radians(12.0)
+    return poses
 
 
-@pytest.mark.parametrize(
-    ("values", "complaint"),
-    [
-        ({"resolution": 0.0}, "resolution"),
-        ({"turn_deg": float("nan")}, "turn_deg"),
-        ({"turn_deg": "left"}, "turn_deg"),
-        ({"turn": "both"}, "turn must"),
-        ({"canvas": (100, 100)}, "canvas needs"),
-        ({"extent_cells": (0, 5), "turn": "image"}, "extent_cells"),
-    ],
-)
-def test_a_map_spec_names_the_value_it_refuses(values, complaint):
-    with pytest.raises(InputError, match=complaint):
-        MapSpec(**values)
+SLAM = MapSpec(poses="slam", turn_deg=15.0)
+
+
+def test_a_map_that_is_wrong_as_a_whole_is_rigid(monkeypatch):
+    monkeypatch.setattr("scenarios.placement.estimate_poses", poses_by(turned_whole))
+    pair = make_pair(LOG, MapSpec(), SLAM, 3)
+    share, away = common_walls(pair)
+
+    assert pair.residual_px < 1e-9
+    assert (pair.info["ate_a_m"], pair.info["ate_b_m"]) == (pytest.approx(0, abs=1e-9), pytest.approx(0, abs=1e-9))
+    assert not pair.info["bent"]
+    assert share > 0.4
+    assert np.abs(away.mean(axis=0)).max() < 0.75
+
+
+def test_a_map_that_lost_its_heading_is_bent_and_its_walls_are_where_the_control_points_say(monkeypatch):
+    straight = make_pair(LOG, MapSpec(), MapSpec(), 3)
+    monkeypatch.setattr("scenarios.placement.estimate_poses", poses_by(turned_from_the_middle_on))
+    pair = make_pair(LOG, MapSpec(), SLAM, 3)
+
+    assert pair.info["bent"]
+    assert pair.residual_px > 0.015 * known_extent(pair.a)
+    assert pair.info["ate_b_m"] > 0.1
+    assert not straight.info["bent"]
+    for grid, points in ((pair.a, pair.control_points[:, :2]), (pair.b, pair.control_points[:, 2:])):
+        away = to_nearest(points, wall_pixels(grid))
+        assert np.hypot(*away.T).max() < 2.2
+        assert np.abs(away.mean(axis=0)).max() < 0.2
+
+
+def test_a_pair_says_where_its_poses_come_from_and_wheels_drift():
+    rigid, mixed = (make_pair(LOG, MapSpec(), MapSpec(poses=poses), 3) for poses in ("truth", "odometry"))
+
+    assert [rigid.info[f"pose_source{which}"] for which in ("", "_a", "_b")] == ["truth"] * 3
+    assert [mixed.info[f"pose_source{which}"] for which in ("", "_a", "_b")] == ["truth/odometry", "truth", "odometry"]
+    assert mixed.info["ate_a_m"] == 0.0 < mixed.info["ate_b_m"]
+    assert mixed.residual_px > 0.1 > rigid.residual_px
+    assert np.array_equal(mixed.a.occupancy, rigid.a.occupancy)
+
+
+def test_the_wheels_err_alike_at_every_noise_level():
+    placed = [
+        place_map(LOG.a, LOG.spec.a.lidar, MapSpec(poses="odometry"), noise=noise, seed=np.random.SeedSequence(1))
+        for noise in (0, 2)
+    ]
+
+    assert np.array_equal(placed[0].poses, placed[1].poses)
+    assert not np.array_equal(placed[0].poses, placed[0].true_poses)

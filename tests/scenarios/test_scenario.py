@@ -46,6 +46,14 @@ def test_a_suite_reads_as_written(tmp_path):
     assert suite.scenarios[1].world == Office()
 
 
+def test_robots_that_map_by_their_own_poses_may_differ_in_their_mappers(tmp_path):
+    slam = 'a = { poses = "slam", loop_closure = true, slam = { wheel_level = 2.0 }, miss = 0.3 }'
+    one = load_suite(written(tmp_path, GOOD.replace('a = { turn_deg = "random" }', slam))).scenarios[0]
+
+    assert (one.a.poses, one.a.loop_closure, one.a.slam.wheel_level, one.a.miss) == ("slam", True, 2.0, 0.3)
+    assert (one.b.poses, one.b.loop_closure, one.b.slam.wheel_level, one.b.miss) == ("truth", False, 1.0, 0.4)
+
+
 @pytest.mark.parametrize(
     ("written_as", "meant"),
     [

@@ -7,14 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 from scenarios.score import (
     Errors,
-    control_point_rmse,
     grade,
-    is_bent,
-    known_extent,
     measure_errors,
     outcome_of,
     stratum_of,
@@ -82,26 +78,6 @@ def test_turn_and_scale_are_measured_as_they_were_made(truth, degrees, factor):
     assert measured.scale_pct == pytest.approx(100 * abs(factor - 1), abs=1e-6)
 
 
-def test_error_of_hand_computed_points():
-    # B's points are kept in place by the identity; A has them 3 and 4 cells away: sqrt((9 + 16) / 2)
-    points = np.array([[3.0, 0.0, 0.0, 0.0], [10.0, 4.0, 10.0, 0.0]])
-
-    assert control_point_rmse(np.eye(2, 3), points) == pytest.approx(math.sqrt(12.5))
-
-
-def test_extent_is_the_diagonal_of_the_known_cells_only():
-    cells = np.full((50, 50), -1, np.int8)
-    cells[10, 5] = 0
-    cells[12, 8] = 100  # box of 3 rows and 4 columns
-
-    assert known_extent(OccupancyGrid(cells)) == 5.0
-
-
-def test_a_map_without_known_cells_cannot_be_scored():
-    with pytest.raises(InputError, match="no known cell"):
-        known_extent(OccupancyGrid(np.full((5, 5), -1, np.int8)))
-
-
 def test_metres_are_told_where_the_row_knows_the_hidden_resolution():
     shifted = replace(TRUTH, tx=TRUTH.tx + 2)
 
@@ -160,10 +136,6 @@ def test_thresholds_hold_at_their_edges(measured, residual, expected):
 )
 def test_strata_follow_the_overlap(related, overlap, expected):
     assert stratum_of(related, overlap) == expected
-
-
-def test_bent_begins_above_one_and_a_half_percent():
-    assert [is_bent(r) for r in (None, 0.0, 0.015, 0.0151)] == [False, False, False, True]
 
 
 @pytest.mark.parametrize(

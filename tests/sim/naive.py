@@ -127,3 +127,26 @@ def _is_wide(cell: tuple[int, int], known: set[tuple[int, int]], side: int) -> b
     """Whether a square of known cells, `side` cells wide, holds the cell."""
     squares = itertools.product(*(range(at - side + 1, at + 1) for at in cell))
     return any(all((r + i, c + j) in known for i in range(side) for j in range(side)) for r, c in squares)
+
+
+def best_shift(
+    field: NDArray[np.float32],
+    points: NDArray[np.float64],
+    guess: NDArray[np.float64],
+    turns: NDArray[np.float64],
+    half: int,
+    shift_price: float,
+    turn_price: float,
+) -> float:
+    """The largest value of any turn and whole-cell shift about a guess: the mean of the field under the points, less
+    what the shift and the turn cost."""
+    best = -math.inf
+    for turn, across, up in itertools.product(turns, range(-half, half + 1), range(-half, half + 1)):
+        cos, sin = math.cos(guess[2] + turn), math.sin(guess[2] + turn)
+        total = 0.0
+        for x, y in points:
+            row, col = cell_of(np.array([guess[0] + cos * x - sin * y, guess[1] + sin * x + cos * y]))
+            if 0 <= row + up < field.shape[0] and 0 <= col + across < field.shape[1]:
+                total += float(field[row + up, col + across])
+        best = max(best, total / len(points) - shift_price * (across**2 + up**2) - turn_price * turn**2)
+    return best

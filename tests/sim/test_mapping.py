@@ -73,6 +73,9 @@ def test_lost_beams_say_nothing_and_beams_that_met_nothing_see_as_far_as_the_sca
     [
         ({"resolution": 0.0}, "resolution"),
         ({"resolution": 1e-5}, "too large"),
+        ({"hit": 0.0}, "hit and miss"),
+        ({"miss": -0.4}, "hit and miss"),
+        ({"hit": 8.5}, "hit and miss"),
         ({"ranges": RANGES[:, :5]}, "disagree"),
         ({"ranges": np.full_like(RANGES, np.nan)}, "no reading"),
     ],

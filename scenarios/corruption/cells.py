@@ -1,4 +1,4 @@
-"""Damage to a finished map: each kind with a strength and a generator, and the noise levels made of them."""
+"""Damage that changes cells and moves nothing: each kind with a strength and a generator."""
 
 from __future__ import annotations
 
@@ -9,54 +9,7 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
-NOISE_LEVELS = (0, 1, 2, 3)
-SALT, EDGE_FLIPS, WALL_DROPOUT = 0.01, 0.04, 0.03  # shares at level 1; each further level doubles them
-DOUBLE_WALLS, SPURIOUS_RAYS_PER_CELL, BLOBS_PER_CELL = 0.05, 1e-4, 3e-5  # at level 2, per known cell; level 3 doubles
 PATCH_CELLS = 24  # double walls come in patches of about this size
-
-
-def damage(grid: OccupancyGrid, level: int, rng: np.random.Generator) -> OccupancyGrid:
-    """Damage the cells of a map as a noise level says.
-
-    Parameters
-    ----------
-    grid
-        The map as the scanner's readings made it.
-    level
-        0: untouched. 1: salt on 1 % of free cells, 4 % of the cells beside walls flipped, 3 % of wall cells lost.
-        2: twice that, spurious rays, double walls on 5 % of the walls, blobs. 3: twice again.
-    rng
-        Same map, level and generator, same damage.
-
-    Raises
-    ------
-    InputError
-        If there is no such level.
-    """
-    strength = noise_strength(level)
-    if strength == 0:
-        return grid
-    if level >= 2:
-        known = int((~grid.unknown).sum())
-        grid = double_walls(grid, DOUBLE_WALLS * strength / 2, rng)
-        grid = spurious_rays(grid, round(SPURIOUS_RAYS_PER_CELL * known * strength / 2), rng)
-        grid = blobs(grid, round(BLOBS_PER_CELL * known * strength / 2), rng)
-    grid = wall_dropout(grid, WALL_DROPOUT * strength, rng)
-    grid = wall_edge_flips(grid, EDGE_FLIPS * strength, rng)
-    return salt(grid, SALT * strength, rng)
-
-
-def noise_strength(level: int) -> float:
-    """Return 0, 1, 2, 4 for the noise levels 0 to 3: what multiplies the shares of level 1 and the scanner's noise.
-
-    Raises
-    ------
-    InputError
-        If there is no such level.
-    """
-    if level not in NOISE_LEVELS:
-        raise InputError(f"noise must be one of {', '.join(map(str, NOISE_LEVELS))}, got {level!r}")
-    return 0.0 if level == 0 else 2.0 ** (level - 1)
 
 
 def salt(grid: OccupancyGrid, share: float, rng: np.random.Generator) -> OccupancyGrid:
@@ -117,6 +70,20 @@ def blobs(grid: OccupancyGrid, count: int, rng: np.random.Generator) -> Occupanc
     return OccupancyGrid(cells, grid.resolution, grid.origin)
 
 
+def erosion(grid: OccupancyGrid, cells: float) -> OccupancyGrid:
+    """Take `cells` off every side of the walls, so that those up to twice as thick vanish.
+
+    What is left bare turns free where free space is as near, else unknown.
+    """
+    free, unknown = (_within(mask, cells) for mask in (grid.free, grid.unknown))
+    return _with(grid, grid.occupied & (free | unknown), np.where(free, FREE, UNKNOWN))
+
+
+def dilation(grid: OccupancyGrid, cells: float) -> OccupancyGrid:
+    """Add `cells` to every side of the walls, over free and unknown space alike."""
+    return _with(grid, _within(grid.occupied, cells), OCCUPIED)
+
+
 def _chosen(mask: NDArray[np.bool_], share: float, rng: np.random.Generator) -> NDArray[np.bool_]:
     """Choose each cell of a mask with probability `share`."""
     _check_share(share)
@@ -132,6 +99,15 @@ def _check_share(share: float) -> None:
 def _beside(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Cells that a mask covers or touches, corners included."""
     return cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)).astype(np.bool_)
+
+
+def _within(mask: NDArray[np.bool_], cells: float) -> NDArray[np.bool_]:
+    """Cells whose centres lie within a distance, in cells, of the centre of a cell of the mask."""
+    if not mask.any():
+        return mask
+    away = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    near: NDArray[np.bool_] = away <= cells
+    return near
 
 
 def _with(grid: OccupancyGrid, mask: NDArray[np.bool_], value: int | NDArray[np.int64]) -> OccupancyGrid:

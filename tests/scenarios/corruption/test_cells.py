@@ -1,32 +1,19 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from scenarios.corruption import (
+from scenarios.corruption.cells import (
     blobs,
-    damage,
+    dilation,
     double_walls,
-    noise_strength,
+    erosion,
     salt,
     spurious_rays,
     wall_dropout,
     wall_edge_flips,
 )
-
-
-def drawn() -> OccupancyGrid:
-    """A room of 180 x 180 cells with walls two cells thick, in unknown space."""
-    cells = np.full((200, 200), UNKNOWN, dtype=np.int8)
-    cells[8:192, 8:192] = OCCUPIED
-    cells[10:190, 10:190] = FREE
-    return OccupancyGrid(cells, 0.05, (1.0, 2.0, 0.3))
-
-
-def changed(before: OccupancyGrid, after: OccupancyGrid) -> np.ndarray:
-    return before.occupancy != after.occupancy
+from tests.scenarios.corruption.made import changed, drawn
 
 
 def test_salt_turns_its_share_of_the_free_cells_to_occupied_and_nothing_else():
@@ -78,35 +65,38 @@ def test_rays_add_free_cells_and_blobs_take_some():
     assert 8 < (grid.free & ~blobs(grid, 1, rng).free).sum() < 100
 
 
-@settings(max_examples=15, deadline=None)
-@given(st.integers(0, 3), st.integers(0, 1000))
-def test_the_same_seed_does_the_same_damage_and_the_frame_stays(level, seed):
-    first, again = (damage(drawn(), level, np.random.default_rng(seed)) for _ in range(2))
-
-    assert np.array_equal(first.occupancy, again.occupancy)
-    assert (first.resolution, first.origin, first.shape) == (0.05, (1.0, 2.0, 0.3), (200, 200))
-
-
-def test_more_noise_changes_more_cells_and_level_zero_none():
-    shares = [changed(drawn(), damage(drawn(), level, np.random.default_rng(1))).mean() for level in range(4)]
-
-    assert shares[0] == 0.0
-    assert np.all(np.diff(shares) > 0.004)
-
-
-@pytest.mark.parametrize("level", range(4))
-def test_maps_without_walls_or_without_free_space_are_borne(level):
-    for value in (FREE, OCCUPIED, UNKNOWN):
-        grid = OccupancyGrid(np.full((20, 30), value, dtype=np.int8))
-        assert damage(grid, level, np.random.default_rng(0)).shape == (20, 30)
-
-
-@pytest.mark.parametrize("level", [-1, 4, 0.5])
-def test_an_unknown_level_is_refused(level):
-    with pytest.raises(InputError, match="noise must be one of 0, 1, 2, 3"):
-        noise_strength(level)
-
-
 def test_a_share_outside_0_to_1_is_refused():
     with pytest.raises(InputError, match="share"):
         salt(drawn(), 1.5, np.random.default_rng(0))
+
+
+def across(*values: int) -> OccupancyGrid:
+    """A map that is the same in every row: F, #, ? by columns."""
+    return OccupancyGrid(np.tile(np.array(values, dtype=np.int8), (9, 1)))
+
+
+F, W, U = FREE, OCCUPIED, UNKNOWN
+
+
+def test_erosion_bares_free_space_on_the_free_side_and_unknown_on_the_other():
+    assert erosion(across(F, F, W, W, W, W, U, U), 1).occupancy[4].tolist() == [F, F, F, W, W, U, U, U]
+
+
+def test_erosion_takes_thin_walls_away_and_leaves_a_map_without_walls_alone():
+    assert not erosion(across(F, W, W, F), 1).occupied.any()
+    assert (erosion(across(F, F, U), 3).occupancy == across(F, F, U).occupancy).all()
+
+
+@pytest.mark.parametrize("reach", [0, 1, 2, 3.7])
+def test_dilation_covers_what_lies_within_its_reach_of_a_wall(reach):
+    cells = np.random.default_rng(1).choice([F, U, W], (20, 24), p=[0.6, 0.36, 0.04]).astype(np.int8)
+    walls = np.argwhere(cells == W)
+    near = np.array([np.hypot(*(walls - at).T).min() <= reach for at in np.ndindex(cells.shape)]).reshape(cells.shape)
+
+    assert (dilation(OccupancyGrid(cells), reach).occupied == near).all()
+
+
+def test_a_wall_that_is_thickened_and_thinned_again_is_as_before():
+    grid = across(F, F, F, F, W, W, F, F, F, F)
+
+    assert (erosion(dilation(grid, 2), 2).occupancy == grid.occupancy).all()

@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rectmerge.errors import InputError
+from sim.odometry import WheelNoise, arc, between, chain, compose, drive_blind, velocities
+
+SILENT = {f"alpha{k}": 0.0 for k in range(1, 7)}
+seeds = st.integers(0, 10_000)
+
+
+def random_walk(seed: int, steps: int = 30) -> np.ndarray:
+    """Arcs forwards and backwards, turns on the spot and a little slip."""
+    rng = np.random.default_rng(seed)
+    moved = rng.uniform([-0.3, -0.01, -2.5], [0.3, 0.01, 2.5], (steps, 3)) * rng.integers(0, 2, (steps, 3))
+    return chain(rng.uniform(-5, 5, 3), moved)
+
+
+def ends(poses: np.ndarray, runs: int, **kwargs: object) -> np.ndarray:
+    """Errors of the last pose, in its own frame, of many drives."""
+    return np.array([between(poses[-1], drive_blind(poses, np.random.default_rng(k), **kwargs)[-1]) for k in range(runs)])
+
+
+@given(seeds)
+def test_wheels_without_error_report_the_truth(seed):
+    poses = random_walk(seed)
+
+    for silent in (
+        drive_blind(poses, np.random.default_rng(0), level=0.0),
+        drive_blind(poses, np.random.default_rng(0), noise=WheelNoise(**SILENT)),
+    ):
+        assert np.allclose(between(poses, silent), 0.0, atol=1e-9)
+
+
+@given(st.floats(-1, 1), st.floats(-3, 3))
+def test_length_and_turn_of_an_arc_are_recovered(along, turn):
+    poses = chain(np.array([1.0, -2.0, 0.7]), arc(np.array([along]), np.array([turn])))
+    seen_along, seen_turn, shift = velocities(poses)
+
+    assert np.allclose([seen_along[0], seen_turn[0], *shift[0]], [along, turn, 0, 0], atol=1e-9)
+
+
+@given(seeds)
+def test_mirrored_motion_has_the_same_lengths_and_opposite_turns(seed):
+    poses = random_walk(seed)
+    along, turn, shift = velocities(poses)
+    other_along, other_turn, other_shift = velocities(poses * [1, -1, -1])
+
+    assert np.allclose(other_along, along)
+    assert np.allclose(other_turn, -turn)
+    assert np.allclose(other_shift, shift * [1, -1])
+
+
+@given(seeds, st.floats(-3, 3), st.floats(-9, 9))
+def test_odometry_does_not_depend_on_the_frame(seed, yaw, x):
+    poses, frame = random_walk(seed), np.array([x, 1.0, yaw])
+    here = drive_blind(poses, np.random.default_rng(seed))
+    there = drive_blind(compose(frame, poses), np.random.default_rng(seed))
+
+    assert np.allclose(between(compose(frame, here), there), 0.0, atol=1e-9)
+
+
+@given(seeds)
+def test_compose_undoes_between(seed):
+    poses = random_walk(seed)
+
+    assert np.allclose(between(poses[1:], compose(poses[:-1], between(poses[:-1], poses[1:]))), 0.0, atol=1e-9)
+
+
+def test_errors_grow_along_the_way_and_with_the_level():
+    poses = chain(np.zeros(3), np.tile([0.2, 0.0, 0.1], (60, 1)))
+    short, long = ends(poses[:20], 200), ends(poses, 200)
+
+    assert (long.std(axis=0) > 1.3 * short.std(axis=0)).all()
+    assert (ends(poses, 200, level=2.0).std(axis=0) > 1.5 * long.std(axis=0)).all()
+
+
+@pytest.mark.parametrize("steps", [25, 100])
+def test_the_defaults_are_as_wrong_as_they_say_however_often_they_are_sampled(steps):
+    straight = chain(np.zeros(3), np.tile([10.0 / steps, 0.0, 0.0], (steps, 1)))
+    turning = chain(np.zeros(3), np.tile([0.0, 0.0, 2 * np.pi / steps], (steps, 1)))
+
+    assert ends(straight, 400)[:, 0].std() == pytest.approx(0.02 * 10, rel=0.3)
+    assert np.degrees(ends(straight, 400)[:, 2].std()) == pytest.approx(3.0, rel=0.3)
+    assert np.degrees(ends(turning, 400)[:, 2].std()) == pytest.approx(4.0, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("values", "complaint"),
+    [
+        ({"poses": np.zeros((5, 2))}, "shape"),
+        ({"poses": np.zeros((0, 3))}, "shape"),
+        ({"level": -1.0}, "level"),
+        ({"level": np.nan}, "level"),
+    ],
+)
+def test_drive_blind_says_what_is_wrong(values, complaint):
+    with pytest.raises(InputError, match=complaint):
+        drive_blind(**{"poses": np.zeros((5, 3)), "rng": np.random.default_rng(0), **values})
+
+
+@pytest.mark.parametrize("name", SILENT)
+def test_wheel_noise_names_the_value_it_refuses(name):
+    with pytest.raises(InputError, match=name):
+        WheelNoise(**{name: -1.0})
