@@ -80,7 +80,7 @@ def test_trust_keeps_a_scan_near_the_guess_where_the_map_says_nothing():
     bare, middle = ring_world(is_bare=True), np.array([6.0, 1.1, 0.0])
     points = hits(bare, middle)
     points = points[np.abs(points[:, 0]) < 2.5]
-    guess = middle + [0.07, 0.03, 0.0]
+    guess = middle + np.array([0.07, 0.03, 0.0])
     found = map_of(bare, middle).match(points, guess, window_m=0.15, window_rad=0.05, trust=(5.0, 4.0))
 
     assert found.pose[0] == pytest.approx(guess[0], abs=0.02)
