@@ -52,7 +52,7 @@ class Slam:
     beams: int = 180
     window_m: float = 0.15
     window_deg: float = 5.0
-    fewest_share: float = 0.08
+    fewest_share: float = 0.25
     wheel_level: float = 1.0
 
     def __post_init__(self) -> None:

@@ -82,56 +82,56 @@ def refine(
     rounds: int,
     enough: float,
 ) -> NDArray[np.float64]:
-    """Move a pose, in cells, so that the interpolated field under the points comes near 1 (Gauss-Newton).
+    """Move a pose, in cells, so that the interpolated field under the points comes near 1 (damped Gauss-Newton).
 
     `trust` (3,) weighs the squared distance to the guess in column, row and yaw. Ends after `rounds`, or when a step
     moves the farthest point by less than `enough` cells. Returns (column, row, yaw, mean of the field, grip), where
     grip is how steep the field is along the direction in which it is least so, over the same for the steepest, squared.
     """
-    col, row, yaw = start[0], start[1], start[2]
+    pose, there = start.copy(), start.copy()
     farthest = 1.0
     for n in range(len(points)):
         farthest = max(farthest, math.sqrt(points[n, 0] ** 2 + points[n, 1] ** 2))
-    system = np.empty(9)
+    system, other = np.empty(11), np.empty(11)
+    _normal_equations(field, points, pose, guess, trust, system)
+    damping = 1e-3
     for _ in range(rounds):
-        _normal_equations(field, points, col, row, yaw, system)
-        system[0] += trust[0]
-        system[3] += trust[1]
-        system[5] += trust[2]
-        system[6] += trust[0] * (guess[0] - col)
-        system[7] += trust[1] * (guess[1] - row)
-        system[8] += trust[2] * (guess[2] - yaw)
-        dx, dy, turn = _solve(system)
-        length = math.sqrt(dx * dx + dy * dy) + farthest * abs(turn)
-        share = min(1.0, 2.0 / length) if length > 0 else 1.0  # farther than two cells the field says nothing
-        col, row, yaw = col + share * dx, row + share * dy, yaw + share * turn
-        if length < enough:
+        step = _solve(system, damping)
+        for k in range(3):
+            there[k] = pose[k] + step[k]
+        _normal_equations(field, points, there, guess, trust, other)
+        if other[9] > system[9]:
+            damping *= 10.0
+            continue
+        damping *= 0.1
+        pose[:], system[:] = there, other
+        if math.sqrt(step[0] ** 2 + step[1] ** 2) + farthest * abs(step[2]) < enough:
             break
-    mean = _normal_equations(field, points, col, row, yaw, system)
-    middle, apart = (system[0] + system[3]) / 2, math.hypot((system[0] - system[3]) / 2, system[1])
+    of_x, of_y = system[0] - trust[0], system[3] - trust[1]
+    middle, apart = (of_x + of_y) / 2, math.hypot((of_x - of_y) / 2, system[1])
     grip = (middle - apart) / (middle + apart) if middle > 0 else 0.0
-    return np.array([col, row, yaw, mean, grip])
+    return np.array([pose[0], pose[1], pose[2], system[10], grip])
 
 
 @kernel
 def _normal_equations(
     field: NDArray[np.float32],
     points: NDArray[np.float64],
-    col: float,
-    row: float,
-    yaw: float,
+    pose: NDArray[np.float64],
+    guess: NDArray[np.float64],
+    trust: NDArray[np.float64],
     system: NDArray[np.float64],
-) -> float:
-    """Sum the normal equations into `system`: J^T J as xx, xy, xt, yy, yt, tt, and J^T e; return the field's mean."""
+) -> None:
+    """Sum up J^T J as xx, xy, xt, yy, yt, tt; J^T e as x, y, t; the cost; and the field's mean."""
     height, width = field.shape
-    cos, sin = math.cos(yaw), math.sin(yaw)
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
     system[:] = 0.0
-    total = 0.0
     for n in range(len(points)):
         across, up = cos * points[n, 0] - sin * points[n, 1], sin * points[n, 0] + cos * points[n, 1]
-        x, y = col + across - 0.5, row + up - 0.5  # a cell's value stands at its centre
+        x, y = pose[0] + across - 0.5, pose[1] + up - 0.5  # a cell's value stands at its centre
         c, r = math.floor(x), math.floor(y)
         if c < 0 or r < 0 or c >= width - 1 or r >= height - 1:
+            system[9] += 1.0
             continue
         u, v = x - c, y - r
         f00, f01, f10, f11 = field[r, c], field[r, c + 1], field[r + 1, c], field[r + 1, c + 1]
@@ -140,7 +140,6 @@ def _normal_equations(
         gy = (1 - u) * (f10 - f00) + u * (f11 - f01)
         gt = across * gy - up * gx
         error = 1.0 - value
-        total += value
         system[0] += gx * gx
         system[1] += gx * gy
         system[2] += gx * gt
@@ -150,13 +149,19 @@ def _normal_equations(
         system[6] += gx * error
         system[7] += gy * error
         system[8] += gt * error
-    return total / len(points)
+        system[9] += error * error
+        system[10] += value / len(points)
+    for k, entry in enumerate((0, 3, 5)):
+        system[entry] += trust[k]
+        system[6 + k] += trust[k] * (guess[k] - pose[k])
+        system[9] += trust[k] * (guess[k] - pose[k]) ** 2
 
 
 @kernel
-def _solve(system: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Solve the symmetric 3 x 3 system by its cofactors; no step where it is singular."""
-    a, b, c, d, e, f = system[0], system[1], system[2], system[3], system[4], system[5]
+def _solve(system: NDArray[np.float64], damping: float) -> tuple[float, float, float]:
+    """Solve the symmetric 3 x 3 system, its diagonal enlarged, by its cofactors; no step where it is singular."""
+    b, c, e = system[1], system[2], system[4]
+    a, d, f = system[0] * (1 + damping), system[3] * (1 + damping), system[5] * (1 + damping)
     p, q, r = d * f - e * e, c * e - b * f, b * e - c * d
     det = a * p + b * q + c * r
     if det <= 1e-12 * a * d * f:

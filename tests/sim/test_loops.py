@@ -25,7 +25,7 @@ def random_graph(seed: int, count: int = 12) -> tuple[np.ndarray, Links]:
 
 
 def drifted(poses: np.ndarray, turn_per_step: float) -> np.ndarray:
-    return chain(poses[0], between(poses[:-1], poses[1:]) + [0.0, 0.0, turn_per_step])
+    return chain(poses[0], between(poses[:-1], poses[1:]) + np.array([0.0, 0.0, turn_per_step]))
 
 
 def end_errors(poses: np.ndarray, ranges: np.ndarray, believed: np.ndarray) -> tuple[float, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 
 import numpy as np
@@ -43,7 +44,7 @@ def room_walk() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 def walk(corners: list[tuple[float, float]], *, step_m: float = 0.15, step_rad: float = 0.3) -> NDArray[np.float64]:
     """Poses of a robot that drives straight from corner to corner and turns on the spot in between."""
     poses, yaw = [], math.atan2(corners[1][1] - corners[0][1], corners[1][0] - corners[0][0])
-    for (x0, y0), (x1, y1) in zip(corners[:-1], corners[1:], strict=True):
+    for (x0, y0), (x1, y1) in itertools.pairwise(corners):
         turn = math.remainder(math.atan2(y1 - y0, x1 - x0) - yaw, 2 * math.pi)
         turns = math.ceil(abs(turn) / step_rad)
         poses += [(x0, y0, yaw + turn * k / turns) for k in range(turns)]
