@@ -12,15 +12,15 @@ import math
 import os
 import sys
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, SimulationError
 from sim.lidar import Reading
+from sim.meshes import cut, facets, mesh
 from sim.world import Prism, World
 
 WHEEL_RADIUS_M, TRACK_M = 0.05, 0.28  # as in robot.urdf
@@ -56,16 +56,19 @@ def physics(world: World, *, hz: int = 60) -> Iterator[Physics]:
         bullet.disconnect(physicsClientId=client)
 
 
-class Physics:
-    """One building with robots in it; made by `physics`.
+class _Robot(NamedTuple):
+    """What a robot is to the engine: its wheels' joints, and the groups that its rays ask for."""
 
-    Robots touch floor, walls, furniture, glass, each other, and the things that stand there while they map.
-    """
+    wheels: tuple[int, int]
+    meets: int
+
+
+class Physics:
+    """One building with robots that touch all of it, and each other, but the other visit's things; see `physics`."""
 
     def __init__(self, bullet: Any, client: int, world: World, hz: int) -> None:
         self._bullet, self._client, self._world = bullet, client, world
-        self._wheels: dict[int, tuple[int, int]] = {}
-        self._visits: dict[int, int] = {}
+        self._robots: dict[int, _Robot] = {}
         self._has_colours = False
         bullet.setGravity(0, 0, -9.81, physicsClientId=client)
         bullet.setPhysicsEngineParameter(
@@ -94,10 +97,9 @@ class Physics:
 
     def _stand(self, shape: int, group: int) -> None:
         """Add what never moves, without looks: those come when a picture is wanted."""
-        body = self._static(collision=shape)
-        met_by = ROBOT_BITS | RAY_BIT
-        self._bullet.setCollisionFilterGroupMask(body, -1, group, met_by, physicsClientId=self._client)
-        self._bullet.changeVisualShape(body, -1, rgbaColor=[1, 1, 1, 0], physicsClientId=self._client)
+        body, client = self._static(collision=shape), self._client
+        self._bullet.setCollisionFilterGroupMask(body, -1, group, ROBOT_BITS | RAY_BIT, physicsClientId=client)
+        self._bullet.changeVisualShape(body, -1, rgbaColor=[1, 1, 1, 0], physicsClientId=client)
 
     def add_robot(self, pose: NDArray[np.float64], *, visit: int = 0) -> int:
         """Put a robot at a pose; returns its number.
@@ -114,7 +116,7 @@ class Physics:
         InputError
             If there is no such visit, or there are 16 robots already.
         """
-        if visit not in (0, 1) or len(self._wheels) == MOST_ROBOTS:
+        if visit not in (0, 1) or len(self._robots) == MOST_ROBOTS:
             raise InputError(f"a robot needs visit 0 or 1 and one of {MOST_ROBOTS} places, got visit {visit}")
         bullet, client = self._bullet, self._client
         turn = bullet.getQuaternionFromEuler([0.0, 0.0, float(pose[2])])
@@ -124,8 +126,8 @@ class Physics:
         )
         count = bullet.getNumJoints(robot, physicsClientId=client)
         names = {bullet.getJointInfo(robot, k, physicsClientId=client)[12].decode(): k for k in range(count)}
-        group, self._visits[robot] = FIRST_ROBOT_BIT << len(self._wheels), visit
-        self._wheels[robot] = wheels = (names["left_wheel"], names["right_wheel"])
+        wheels, group = (names["left_wheel"], names["right_wheel"]), FIRST_ROBOT_BIT << len(self._robots)
+        self._robots[robot] = _Robot(wheels, SOLID_BIT | VISIT_BITS[visit] | ROBOT_BITS & ~group)
         touches = FLOOR_BIT | SOLID_BIT | GLASS_BIT | VISIT_BITS[visit] | ROBOT_BITS
         meets = {-1: touches | RAY_BIT, names["mast"]: RAY_BIT}  # the mast stops rays only, wheels and casters none
         for link in range(-1, count):
@@ -138,7 +140,7 @@ class Physics:
         aside = turn_rad_s * TRACK_M / 2
         self._bullet.setJointMotorControlArray(
             robot,
-            self._wheels[robot],
+            self._robots[robot].wheels,
             self._bullet.VELOCITY_CONTROL,
             targetVelocities=[(speed_m_s - aside) / WHEEL_RADIUS_M, (speed_m_s + aside) / WHEEL_RADIUS_M],
             forces=[WHEEL_TORQUE_NM, WHEEL_TORQUE_NM],
@@ -157,7 +159,7 @@ class Physics:
 
     def wheel_angles(self, robot: int) -> tuple[float, float]:
         """Return how far the left and the right wheel have turned, radians."""
-        left, right = self._bullet.getJointStates(robot, self._wheels[robot], physicsClientId=self._client)
+        left, right = self._bullet.getJointStates(robot, self._robots[robot].wheels, physicsClientId=self._client)
         return float(left[0]), float(right[0])
 
     def cast(self, robot: int, angles: NDArray[np.float64], max_range_m: float, height_m: float) -> Reading:
@@ -183,11 +185,11 @@ class Physics:
         -----
         Rays that start inside another robot do not meet it; those that start inside a prism meet it from within.
         """
-        pose, own = self.pose(robot), FIRST_ROBOT_BIT << list(self._wheels).index(robot)
+        pose = self.pose(robot)
         heading = pose[2] + angles
         start = np.array([pose[0], pose[1], height_m])
         reach = np.stack([np.cos(heading), np.sin(heading), np.zeros_like(heading)], axis=-1) * max_range_m  # (N, 3)
-        ranges = self._cast(start, reach, SOLID_BIT | VISIT_BITS[self._visits[robot]] | ROBOT_BITS & ~own) * max_range_m
+        ranges = self._cast(start, reach, self._robots[robot].meets) * max_range_m
         glass = np.full(len(angles), np.inf)
         if self._world.glass:
             glass = self._cast(start, reach, GLASS_BIT) * max_range_m
@@ -244,23 +246,20 @@ class Physics:
         floor = Prism(np.array([[0, 0], [sx, 0], [sx, sy], [0, sy]]), 1.0)
         self._show([ground], [0.46, 0.52, 0.44, 1.0], drop=1.02)
         self._show([floor], [0.80, 0.74, 0.66, 1.0], drop=1.0)
-        self._show(_cut(self._world.walls, CUT_M), [0.93, 0.93, 0.91, 1.0])
-        self._show(_cut(self._world.glass, CUT_M), [0.62, 0.84, 0.95, 0.5])
+        self._show(cut(self._world.walls, CUT_M), [0.93, 0.93, 0.91, 1.0])
+        self._show(cut(self._world.glass, CUT_M), [0.62, 0.84, 0.95, 1.0])
         for prisms, colour in zip((self._world.furniture, *self._world.visits), FURNITURE_RGBA, strict=True):
-            self._show(_cut(prisms, CUT_M - 0.05), colour)
+            self._show(cut(prisms, CUT_M - 0.05), colour)
 
     def _show(self, prisms: Iterable[Prism], colour: list[float], drop: float = 0.0) -> None:
-        vertices, triangles = mesh(prisms)
-        if not len(vertices):
+        corners, normals = facets(prisms)
+        if not len(corners):
             return
-        corners = vertices[triangles]  # (M, 3, 3)
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         shape = self._bullet.createVisualShape(
             self._bullet.GEOM_MESH,
-            vertices=(corners.reshape(-1, 3) - [0, 0, drop]).tolist(),
-            indices=list(range(3 * len(corners))),
-            normals=np.repeat(normals, 3, axis=0).tolist(),
+            vertices=(corners - [0, 0, drop]).tolist(),
+            indices=list(range(len(corners))),
+            normals=normals.tolist(),
             rgbaColor=colour,
             specularColor=[0.05, 0.05, 0.05],
             physicsClientId=self._client,
@@ -270,26 +269,6 @@ class Physics:
     def _static(self, collision: int = -1, visual: int = -1) -> int:
         body: int = self._bullet.createMultiBody(0.0, collision, visual, [0.0, 0.0, 0.0], physicsClientId=self._client)
         return body
-
-
-def _cut(prisms: Iterable[Prism], top: float) -> list[Prism]:
-    """Prisms as they look cut at a height; what begins above it is gone."""
-    return [replace(p, top=min(p.top, top)) for p in prisms if p.bottom < top]
-
-
-def mesh(prisms: Iterable[Prism]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the sides and tops of prisms as vertices (N, 3) and triangles (M, 3), seen from outside."""
-    vertices, triangles, count = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], 0
-    for prism in prisms:
-        n = len(prism.outline)
-        vertices += [np.column_stack([prism.outline, np.full(n, z)]) for z in (prism.bottom, prism.top)]
-        k = np.arange(n)
-        after = (k + 1) % n
-        fan = np.column_stack([np.zeros(n - 2, dtype=np.int64), k[1:-1], k[2:]]) + n
-        faces = [np.column_stack([k, after, n + after]), np.column_stack([k, n + after, n + k]), fan]
-        triangles.append(np.concatenate(faces) + count)
-        count += 2 * n
-    return np.concatenate(vertices), np.concatenate(triangles)
 
 
 @functools.cache

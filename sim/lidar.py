@@ -129,15 +129,13 @@ class Lidar:
 
         Parameters
         ----------
-        ranges
-            True ranges, shape (..., beams), metres; inf where there is nothing.
-        glass
-            Distances to the panes before them, the same shape, inf where there is none; None where there is no glass.
+        ranges, glass
+            True distances to what is solid and to panes before it, shape (..., beams), metres, inf where there is
+            nothing; None for a world without glass.
         rng
             Of the noise.
         level
-            Multiplies the standard deviation and the probabilities of dropouts and of mixed pixels; 0 is an exact
-            scanner, which sees through all glass.
+            Multiplies noise, dropouts and mixed pixels; 0 is an exact scanner, which sees through all glass.
 
         Returns
         -------
@@ -146,20 +144,17 @@ class Lidar:
 
         Notes
         -----
-        Glass sends a beam back where it is met squarely and lets it pass elsewhere (P. Foster, Z. Sun, J. J. Park and
-        B. Kuipers, VisAGGE: Visible Angle Grid for Glass Environments, ICRA 2013), so a pane shows as a short piece of
-        wall that wanders with the robot. The angle comes from the distances of neighbouring beams on the pane; a lone
-        beam counts as oblique.
+        Glass sends a beam back where it is met squarely and lets it pass elsewhere (P. Foster et al., VisAGGE: Visible
+        Angle Grid for Glass Environments, ICRA 2013): a pane shows as a short piece of wall that wanders with the
+        robot. The angle comes from the distances of neighbouring beams on the pane; a lone beam counts as oblique.
         """
         normal = rng.standard_normal(ranges.shape)
         lost, mixes, share, returns = (rng.random(ranges.shape) for _ in range(4))
         if glass is not None and level > 0:
-            is_square = self._incidence(glass) <= math.radians(GLASS_DEG)
-            ranges = np.where(is_square & (returns < self.glass_return), np.minimum(ranges, glass), ranges)
-        other = self._across_a_jump(ranges)
-        is_mixed = np.isfinite(other) & (mixes < level * self.mixed_pixels)
-        seen = np.where(is_mixed, ranges, 0.0)
-        seen = np.where(is_mixed, seen + share * (np.where(is_mixed, other, 0.0) - seen), ranges)
+            is_returned = (self._incidence(glass) <= math.radians(GLASS_DEG)) & (returns < self.glass_return)
+            ranges = np.where(is_returned, np.minimum(ranges, glass), ranges)
+        other = np.where(mixes < level * self.mixed_pixels, self._across_a_jump(ranges), np.inf)
+        seen = np.where(np.isfinite(other), (1.0 - share) * ranges + share * other, ranges)
         sigma = self.sigma_m + self.sigma_per_m * np.where(np.isfinite(seen), seen, 0.0)
         return np.where(lost < level * self.dropout, np.nan, self.limit(seen + level * sigma * normal))
 
@@ -192,11 +187,11 @@ class Lidar:
         return beside
 
 
-# Sources: Slamtec, "RPLIDAR A1 Introduction and Datasheet" (A1M8) and "RPLIDAR A2 Introduction and Datasheet" (A2M8,
-# rev. 2.5); Hokuyo, "UTM-30LX Specification", "URG-04LX Specification" and "Communication Protocol Specification for
-# SCIP2.0" (steps, fields of view); SICK, "Operating Instructions LMS1xx" and "Measurement Errors LMSxxx". Half of a
-# bound on the error is taken as one standard deviation; systematic errors are left out. No data sheet states dropouts,
-# mixed pixels or glass: those are ours, as is the height, at which robots of such a scanner's size carry it.
+# Read in Slamtec, "RPLIDAR A1 Introduction and Datasheet" (A1M8) and "RPLIDAR A2 Introduction and Datasheet" (A2M8,
+# rev. 2.5); Hokuyo, "Communication Protocol Specification for SCIP2.0" (steps, fields of view); SICK, "Measurement
+# Errors LMSxxx". As commonly quoted, the originals not seen: both Hokuyos' reach and errors, the LMS111's reach and
+# field of view, the A2's shortest range. A deviation is half of a bound on the error, or a repeatability whole;
+# systematic errors are left out. Dropouts, mixed pixels, glass and the height at which a robot carries it are ours.
 LIDARS: Mapping[str, Lidar] = MappingProxyType(
     {
         "rplidar-a1": Lidar(  # range resolution < 1 % of the distance; 1 degree at 5.5 Hz
@@ -213,7 +208,7 @@ LIDARS: Mapping[str, Lidar] = MappingProxyType(
         ),
         "utm-30lx": Lidar(  # repeatability 10 mm to 10 m, 30 mm to 30 m
             beams=1081, fov_deg=270.25, rate_hz=40.0, min_range_m=0.1, max_range_m=30.0,
-            sigma_m=0.008, sigma_per_m=0.0005, dropout=0.005, mixed_pixels=0.2, glass_return=0.9, height_m=0.35,
+            sigma_m=0.01, sigma_per_m=0.0006, dropout=0.005, mixed_pixels=0.2, glass_return=0.9, height_m=0.35,
         ),
         "lms1xx": Lidar(  # statistical error 12 mm; half a degree at 50 Hz
             beams=541, fov_deg=270.5, rate_hz=50.0, min_range_m=0.5, max_range_m=20.0,

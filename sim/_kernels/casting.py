@@ -67,33 +67,48 @@ def cast(
     """
     found = np.full(along.shape[0], np.inf)
     for n in range(along.shape[0]):
-        dx, dy = along[n, 0], along[n, 1]
-        per_x = abs(1.0 / dx) if dx != 0.0 else np.inf
-        per_y = abs(1.0 / dy) if dy != 0.0 else np.inf
-        enter, leave = _within(x, y, dx, dy, rows, cols)
-        if enter > leave:
-            continue
-        col = min(max(math.floor(x + enter * dx), 0), cols - 1)
-        row = min(max(math.floor(y + enter * dy), 0), rows - 1)
-        step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
-        next_x = ((col + 1 - x) if dx > 0.0 else (x - col)) * per_x if dx != 0.0 else np.inf
-        next_y = ((row + 1 - y) if dy > 0.0 else (y - row)) * per_y if dy != 0.0 else np.inf
-        best, at = reach[n], enter
-        while at < best and 0 <= col < cols and 0 <= row < rows:
-            bucket = row * cols + col
-            for k in range(first[bucket], first[bucket + 1]):
-                best = _meet(x, y, dx, dy, held[k, 0], held[k, 1], held[k, 2], held[k, 3], best)
-            if next_x < next_y:
-                at = next_x
-                next_x += per_x
-                col += step_x
-            else:
-                at = next_y
-                next_y += per_y
-                row += step_y
+        best = _walk(x, y, along[n, 0], along[n, 1], reach[n], first, held, rows, cols)
         if best < reach[n]:
             found[n] = best
     return found
+
+
+@kernel
+def _walk(
+    x: float,
+    y: float,
+    dx: float,
+    dy: float,
+    best: float,
+    first: NDArray[np.int64],
+    held: NDArray[np.float64],
+    rows: int,
+    cols: int,
+) -> float:
+    """Follow one ray until an edge is nearer than the next bucket; `best` at first is its reach."""
+    per_x = abs(1.0 / dx) if dx != 0.0 else np.inf
+    per_y = abs(1.0 / dy) if dy != 0.0 else np.inf
+    at, leave = _within(x, y, dx, dy, rows, cols)
+    if at > leave:
+        return best
+    col = min(max(math.floor(x + at * dx), 0), cols - 1)
+    row = min(max(math.floor(y + at * dy), 0), rows - 1)
+    step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
+    next_x = ((col + 1 - x) if dx > 0.0 else (x - col)) * per_x if dx != 0.0 else np.inf
+    next_y = ((row + 1 - y) if dy > 0.0 else (y - row)) * per_y if dy != 0.0 else np.inf
+    while at < best and 0 <= col < cols and 0 <= row < rows:
+        bucket = row * cols + col
+        for k in range(first[bucket], first[bucket + 1]):
+            best = _meet(x, y, dx, dy, held[k, 0], held[k, 1], held[k, 2], held[k, 3], best)
+        if next_x < next_y:
+            at = next_x
+            next_x += per_x
+            col += step_x
+        else:
+            at = next_y
+            next_y += per_y
+            row += step_y
+    return best
 
 
 @kernel

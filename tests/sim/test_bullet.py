@@ -7,7 +7,7 @@ import pytest
 
 from rectmerge.errors import InputError, SimulationError
 from sim import bullet
-from sim.bullet import MOST_RAYS, Physics, mesh, physics
+from sim.bullet import MOST_RAYS, Physics, physics
 from sim.floorplans import WorldSpec, make_world
 from sim.world import Prism
 from tests.sim import naive
@@ -189,12 +189,3 @@ def test_without_pybullet_the_remedy_is_named(monkeypatch):
             pass
     finally:
         bullet._pybullet.cache_clear()
-
-
-def test_a_mesh_has_the_volume_of_its_prisms():
-    world = box_world()
-    vertices, triangles = mesh(world.furniture)
-    corners = vertices[triangles]
-    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
-
-    assert volume == pytest.approx(1.0 * 0.7 * 0.75)  # the bottom lies at z = 0 and adds nothing
