@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.driving import CELL_M, cell_centres, costs_from, disc, way_down
+from sim.driving import CELL_M, costs_from, disc, way_up
 
 NEAR_M = 2.0  # a robot further away is in nobody's way
 AHEAD_CELLS = 15  # of its path, about one cell per point, a robot keeps free
@@ -50,8 +50,5 @@ def find_refuge(
     refuge = np.where(disc(prices.shape, other, BERTH_M + ASIDE_M), np.inf, costs)
     for point in others_path[: PATH_LEFT_FREE : round(0.3 / CELL_M)]:
         refuge[disc(prices.shape, point, ASIDE_M)] = np.inf
-    cell = np.array(divmod(int(np.argmin(refuge)), refuge.shape[1]))
-    if not np.isfinite(refuge[tuple(cell)]):
-        return None
-    back = way_down(costs, cell_centres(cell[:1], cell[1:])[0])
-    return None if back is None else back[::-1]
+    cell = divmod(int(np.argmin(refuge)), refuge.shape[1])
+    return way_up(costs, cell) if np.isfinite(refuge[cell]) else None

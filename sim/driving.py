@@ -129,6 +129,34 @@ def way_down(costs: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[
     return cell_centres(*paths.descend(costs, row, col).T)
 
 
+def way_up(costs: NDArray[np.float64], goal: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the waypoints (N, 2) from where a field of `costs_from` is 0 to a cell that it reaches."""
+    return cell_centres(*paths.descend(costs, *goal)[::-1].T)
+
+
+def most_gain(
+    prices: NDArray[np.float64], start: NDArray[np.float64], pay: NDArray[np.float32]
+) -> tuple[NDArray[np.float64], tuple[int, int] | None]:
+    """Find the cell that pays most for the way to it.
+
+    Parameters
+    ----------
+    prices
+        As `DriveField.prices` gives them, shape (H, W).
+    start
+        Where the way begins, (2,), metres.
+    pay
+        What each cell pays, in cells of comfortable driving, shape (H, W); 0 where it is no goal.
+
+    Returns
+    -------
+    costs, cell
+        The cost in cells from the start, shape (H, W), no further than needed, and the cell; None where none pays.
+    """
+    costs, at = paths.most_gain(prices, *nearest_cell(np.isfinite(prices), start), pay, float(pay.max()))
+    return costs, None if at < 0 else divmod(at, prices.shape[1])
+
+
 class Ways:
     """Shortest paths over one drive field; the costs from a goal are computed once and serve every way to it."""
 

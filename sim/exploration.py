@@ -160,6 +160,11 @@ class Tour:
         """Where it is going, for people."""
         return self.stops[0][0] if self.stops else "its start"
 
+    @property
+    def faces(self) -> NDArray[np.float64] | None:
+        """Where to look from a stop: anywhere."""
+        return None
+
     def look(self) -> bool:
         """Tell whether the way should be planned anew: what a scan shows does not change a tour."""
         return False

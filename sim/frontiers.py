@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.coverage import SeenFloor
-from sim.driving import CELL_M, Ways, cell_centres, costs_from, disc, nearest_cell, way_down
+from sim.driving import Ways, cell_centres, costs_from, disc, most_gain, way_down, way_up
 
-LEAST_FRONTIER_CELLS = 5  # shorter ones are gaps between beams, and no robot fits through
+AROUND_CELLS, LEAST_FRONTIER_CELLS = 15, 5  # within a square so wide less frontier is but gaps between beams
 LOOK_FROM_CELLS = 5  # how far from a frontier a robot stands to look beyond it
 GIVEN_UP_M = 1.0  # around where a robot stood and still did not see beyond
-LENGTH_PAYS, LONGEST_PAYS_M = 1.0, 2.0  # a metre of frontier is worth so many metres of way, up to a length
 EIGHT = np.ones((3, 3), dtype=np.uint8)
 FOUR = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)).astype(np.uint8)
 
@@ -47,22 +46,32 @@ class Frontiers:
     _is_over: bool = False
     _at: tuple[int, int] = (0, 0)  # the cell where the way ends
     _window: tuple[slice, slice] = (slice(0), slice(0))  # around it, wide enough to hold the frontier it is about
-    _unknown: int = 0  # cells of the window that were unknown when the way was planned
+    _aim: NDArray[np.bool_] = field(init=False)  # the frontier in the window when the way was planned
     _given_up: NDArray[np.bool_] = field(init=False)
 
     def __post_init__(self) -> None:
         self._given_up = np.zeros(self.seen.since.shape, dtype=np.bool_)
+        self._aim = np.zeros((0, 0), dtype=np.bool_)
 
     @property
     def goal(self) -> str:
         """Where it is going, for people."""
         return "its start" if self._is_over else "the next frontier"
 
+    @property
+    def faces(self) -> NDArray[np.float64] | None:
+        """Where to look from the goal, (2,): at the middle of the frontier; None at home."""
+        if self._is_over or not self._aim.any():
+            return None
+        rows, cols = np.nonzero(self._aim)
+        middle: NDArray[np.float64] = cell_centres(rows + self._window[0].start, cols + self._window[1].start).mean(axis=0)
+        return middle
+
     def look(self) -> bool:
-        """Tell whether the way should be planned anew, since scans have shown most of what it was to show."""
-        if self._is_over or not self._unknown:
+        """Tell whether the way should be planned anew, since scans have moved most of the frontier it leads to."""
+        if self._is_over or not self._aim.any():
             return False
-        return int(np.count_nonzero(self._is_unknown(self._window))) < self._unknown / 2
+        return np.count_nonzero(self._frontier(self._window) & self._aim) < np.count_nonzero(self._aim) / 2
 
     def path(
         self, position: NDArray[np.float64], blocked: NDArray[np.bool_] | None = None
@@ -76,17 +85,15 @@ class Frontiers:
             prices[blocked] = np.inf
         if not np.isfinite(prices).any():
             return None
-        costs = costs_from(prices, position)
-        goal = None if self._is_over else self._choose(costs)
-        if goal is None and blocked is None and not self._is_over:
+        if not self._is_over:
+            costs, goal = most_gain(prices, position, self._pay())
+            if goal is not None:
+                self._aim_at(goal)
+                return way_up(costs, goal)
+            if blocked is not None:
+                return None
             self.finish()
-        if self._is_over and self.home is not None:
-            goal = nearest_cell(np.isfinite(costs), self.home)
-        if goal is None:
-            return None
-        self._aim(goal)
-        back = way_down(costs, cell_centres(*(np.array([k]) for k in goal))[0])
-        return None if back is None else back[::-1]
+        return None if self.home is None else way_down(costs_from(prices, self.home), position)
 
     def arrive(self) -> None:
         """Give up what can still not be seen from here; at home, be done."""
@@ -104,28 +111,28 @@ class Frontiers:
         self._is_over = True
         self.is_done = self.home is None
 
-    def _choose(self, costs: NDArray[np.float64]) -> tuple[int, int] | None:
-        """Choose the known cell from which to look beyond a frontier: near, and the frontier long."""
-        known = self.seen.is_free
-        frontier = known & (cv2.dilate(self._is_unknown().view(np.uint8), FOUR) > 0) & ~self._given_up
-        _, labels, stats, _ = cv2.connectedComponentsWithStats(frontier.view(np.uint8), connectivity=8)
-        cells = stats[:, cv2.CC_STAT_AREA].astype(np.float32)
-        pays = np.where(cells >= LEAST_FRONTIER_CELLS, np.minimum(cells * CELL_M, LONGEST_PAYS_M), 0.0)
-        pays[0] = 0.0  # what is no frontier
-        pay = pays.astype(np.float32)[labels]
+    def _pay(self) -> NDArray[np.float32]:
+        """What each known cell pays, in cells of way, for a look from there: more for a longer frontier."""
+        frontier = self._frontier((slice(None), slice(None))).astype(np.float32)
+        length = cv2.boxFilter(frontier, -1, (AROUND_CELLS, AROUND_CELLS), normalize=False)
+        pay = np.where((frontier > 0) & (length >= LEAST_FRONTIER_CELLS), length, np.float32(0.0))
         for _ in range(LOOK_FROM_CELLS):  # over known cells only, never through a wall
-            pay = np.where(known, cv2.dilate(pay, EIGHT), np.float32(0.0))
-        score = np.where(pay > 0, costs * CELL_M - LENGTH_PAYS * pay, np.inf)
-        goal = divmod(int(np.argmin(score)), score.shape[1])
-        return goal if np.isfinite(score[goal]) else None
+            pay = np.where(self.seen.is_free, cv2.dilate(pay, EIGHT), np.float32(0.0))
+        return pay
 
-    def _aim(self, goal: tuple[int, int]) -> None:
+    def _aim_at(self, goal: tuple[int, int]) -> None:
         self._at, reach = goal, LOOK_FROM_CELLS + 3
-        self._window = tuple(slice(max(0, k - reach), k + reach + 1) for k in goal)  # type: ignore[assignment]
-        self._unknown = int(np.count_nonzero(self._is_unknown(self._window)))
+        rows, cols = (slice(max(0, k - reach), k + reach + 1) for k in goal)
+        self._window = rows, cols
+        self._aim = self._frontier(self._window)
 
-    def _is_unknown(self, window: tuple[slice, slice] = (slice(None), slice(None))) -> NDArray[np.bool_]:
-        """Cells that are neither seen free nor beside a hit: between two beams that met a wall there is wall."""
+    def _frontier(self, window: tuple[slice, slice]) -> NDArray[np.bool_]:
+        """The cells of a window that are seen free, beside unknown ones, and not given up.
+
+        Unknown is what is neither seen free nor beside a hit: between two beams that met a wall there is wall.
+        """
+        free = self.seen.since[window] >= 0
         wall = cv2.dilate(np.ascontiguousarray(self.seen.is_hit[window]).view(np.uint8), EIGHT) > 0
-        unknown: NDArray[np.bool_] = (self.seen.since[window] < 0) & ~wall
-        return unknown
+        beside_unknown = cv2.dilate((~free & ~wall).view(np.uint8), FOUR) > 0
+        frontier: NDArray[np.bool_] = free & beside_unknown & ~self._given_up[window]
+        return frontier

@@ -28,6 +28,7 @@ CONTROL_EVERY = 3  # physics steps per control step
 CHECK_EVERY_S = 3.0  # between looks at whether anything more is needed
 NO_GAIN_S, GAIN = 15.0, 1.02  # so long without better cuts to a wanted overlap that was passed ends a mission
 FAR_ENOUGH = 0.7  # starts are this times the wanted overlap nearer than as far apart as can be
+LOOKS_ALL_ROUND_DEG = 330.0
 UNHURRIED = 0.5  # of its top speed a robot makes good on a way, turns and doors included
 
 
@@ -136,8 +137,8 @@ class _Mission:
     def _robot(self, bullet: Physics, k: int) -> Robot:
         robot = self.specs[k]
         steering = Steering(speed_m_s=robot.speed_m_s)
-        looks_round = robot.lidar.fov_deg < 330
-        pilot = Pilot(self.guides[k], self.ways[k], steering, gives_way=k == 1, looks_round=looks_round)
+        turns = robot.lidar.fov_deg < LOOKS_ALL_ROUND_DEG
+        pilot = Pilot(self.guides[k], self.ways[k], steering, gives_way=k == 1, turns_to_look=turns)
         is_asked = robot.path == "frontier" or not self.spec.coverage is self.spec.overlap is None
         compiled = self.spec.rays == "compiled"
         return Robot(

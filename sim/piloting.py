@@ -23,6 +23,7 @@ PUT_OFF_AFTER_S, GIVE_UP_AFTER_S = 8.0, 30.0  # of waiting for the other robot
 ASIDE_S = 12.0  # a robot that has stepped aside comes back after so long at the latest
 TOUCH_M = 0.5  # nearer than this it drives no further towards the other robot
 WAITS_WITHIN_M = 0.3
+LOOK_S, FACES_WITHIN_RAD = 3.0, 0.5  # longest turn to what it came to see, and when it faces it
 NOWHERE = np.empty((0, 2))
 Mark = tuple[float, float, float]  # time, x, y
 
@@ -36,6 +37,10 @@ class Guide(Protocol):
     @property
     def goal(self) -> str:
         """Where the robot is going, for people."""
+
+    @property
+    def faces(self) -> NDArray[np.float64] | None:
+        """Where to look from the goal, (2,), if it matters."""
 
     def path(
         self, position: NDArray[np.float64], blocked: NDArray[np.bool_] | None = None
@@ -72,8 +77,8 @@ class Pilot:
         How.
     gives_way
         Whether it is the one that gives way.
-    looks_round
-        Whether it turns once where it arrives, since its scanner does not look all round.
+    turns_to_look
+        Whether it turns to what it came to see, since its scanner does not look all round.
     other
         The other robot's pilot, if there is one.
     """
@@ -82,7 +87,7 @@ class Pilot:
     ways: Ways
     steering: Steering
     gives_way: bool = False
-    looks_round: bool = False
+    turns_to_look: bool = False
     other: Pilot | None = None
     position: NDArray[np.float64] = field(default_factory=lambda: np.full(2, np.inf))
     note: str = ""
@@ -91,7 +96,7 @@ class Pilot:
     _refuge: Follower | None = None
     _tries: int = 0  # of getting on, since it last arrived somewhere
     _back_until: float = -1.0
-    _turn_until: float = -1.0
+    _look_until: float = math.inf
     _aside_until: float = -1.0
     _next_detour: float = -1.0
     _next_put_off: float = -1.0
@@ -106,7 +111,7 @@ class Pilot:
 
     def replan(self) -> None:
         """Forget the way, so that it is planned anew."""
-        self._way, self._turn_until = None, -1.0
+        self._way, self._look_until = None, math.inf
 
     def end(self, note: str = "") -> None:
         """Drive no more, but out of the other's way."""
@@ -134,7 +139,7 @@ class Pilot:
             return (0.0, 0.0) if self.is_done else self._back_off(time)
         assert self._way is not None
         if np.hypot(*(self._way.end - self.position)) < ARRIVED_M:
-            return self._arrive(time)
+            return self._arrive(pose, time)
         if self._is_stuck(time):
             return self._back_off(time)
         if self.other is not None and self._is_near(NEAR_M) and is_in_the_way(self._way.rest, self.other.position):
@@ -152,11 +157,14 @@ class Pilot:
             self.end()
         return path is not None
 
-    def _arrive(self, time: float) -> tuple[float, float]:
-        if self.looks_round and self._turn_until < 0:
-            self._turn_until = time + math.tau / self.steering.turn_rad_s
-        if time < self._turn_until:
-            return 0.0, self.steering.turn_rad_s
+    def _arrive(self, pose: NDArray[np.float64], time: float) -> tuple[float, float]:
+        faces = self.guide.faces if self.turns_to_look else None
+        self._look_until = min(self._look_until, time + LOOK_S)
+        if faces is not None and time < self._look_until:
+            away = faces - self.position
+            error = math.remainder(math.atan2(away[1], away[0]) - pose[2], math.tau)
+            if abs(error) > FACES_WITHIN_RAD:
+                return 0.0, math.copysign(self.steering.turn_rad_s, error)
         self.guide.arrive()
         self.replan()
         self._tries, self._mark = 0, (time, *self.position.tolist())

@@ -14,27 +14,54 @@ from rectmerge._kernels.compiling import kernel
 @kernel
 def cost_to_goal(price: NDArray[np.float64], goal_row: int, goal_col: int) -> NDArray[np.float64]:
     """Dijkstra over eight neighbours: the cost in cells from every cell to the goal; inf where price is inf."""
-    height, width = price.shape
-    cost = np.full((height, width), np.inf)
+    cost = np.full(price.shape, np.inf)
     cost[goal_row, goal_col] = 0.0
-    heap = [(0.0, goal_row * width + goal_col)]
+    heap = [(0.0, goal_row * price.shape[1] + goal_col)]
     while len(heap) > 0:
-        so_far, at = heapq.heappop(heap)
-        row, col = at // width, at % width
-        if so_far > cost[row, col]:
-            continue
-        for dr in range(-1, 2):
-            for dc in range(-1, 2):
-                r, c = row + dr, col + dc
-                if (dr == 0 and dc == 0) or r < 0 or c < 0 or r >= height or c >= width:
-                    continue
-                if dr != 0 and dc != 0 and not (np.isfinite(price[row, c]) and np.isfinite(price[r, col])):
-                    continue  # no cutting of corners
-                new = so_far + 0.5 * (price[row, col] + price[r, c]) * math.sqrt(dr * dr + dc * dc)
-                if new < cost[r, c]:
-                    cost[r, c] = new
-                    heapq.heappush(heap, (new, r * width + c))
+        _expand(price, cost, heap)
     return cost
+
+
+@kernel
+def most_gain(
+    price: NDArray[np.float64], row: int, col: int, pay: NDArray[np.float32], most: float
+) -> tuple[NDArray[np.float64], int]:
+    """Dijkstra from a cell outwards until no cell further away can beat the least cost less pay, pay being > 0.
+
+    `most` bounds the pay. Returns the costs, final up to that of the best cell, and that cell, row-major; -1 for none.
+    """
+    cost = np.full(price.shape, np.inf)
+    cost[row, col] = 0.0
+    heap = [(0.0, row * price.shape[1] + col)]
+    best, best_at = np.inf, -1
+    while len(heap) > 0 and heap[0][0] - most < best:
+        so_far, at = heap[0]
+        gain = pay.flat[at]
+        if gain > 0 and so_far - gain < best:
+            best, best_at = so_far - gain, at
+        _expand(price, cost, heap)
+    return cost, best_at
+
+
+@kernel
+def _expand(price: NDArray[np.float64], cost: NDArray[np.float64], heap: list[tuple[float, int]]) -> None:
+    """Take the cheapest cell off the heap and put its neighbours on that get cheaper by it."""
+    height, width = price.shape
+    so_far, at = heapq.heappop(heap)
+    row, col = at // width, at % width
+    if so_far > cost[row, col]:
+        return
+    for dr in range(-1, 2):
+        for dc in range(-1, 2):
+            r, c = row + dr, col + dc
+            if (dr == 0 and dc == 0) or r < 0 or c < 0 or r >= height or c >= width:
+                continue
+            if dr != 0 and dc != 0 and not (np.isfinite(price[row, c]) and np.isfinite(price[r, col])):
+                continue  # no cutting of corners
+            new = so_far + 0.5 * (price[row, col] + price[r, c]) * math.sqrt(dr * dr + dc * dc)
+            if new < cost[r, c]:
+                cost[r, c] = new
+                heapq.heappush(heap, (new, r * width + c))
 
 
 @kernel
