@@ -64,7 +64,9 @@ class Frontiers:
         if self._is_over or not self._aim.any():
             return None
         rows, cols = np.nonzero(self._aim)
-        middle: NDArray[np.float64] = cell_centres(rows + self._window[0].start, cols + self._window[1].start).mean(axis=0)
+        middle: NDArray[np.float64] = cell_centres(rows + self._window[0].start, cols + self._window[1].start).mean(
+            axis=0
+        )
         return middle
 
     def look(self) -> bool:

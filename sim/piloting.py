@@ -185,9 +185,7 @@ class Pilot:
             self.end(f"stuck on the way to {self.guide.goal} after {time:.0f} s")
         return BACKWARDS
 
-    def _meet(
-        self, other: Pilot, way: Follower, pose: NDArray[np.float64], time: float
-    ) -> tuple[float, float]:
+    def _meet(self, other: Pilot, way: Follower, pose: NDArray[np.float64], time: float) -> tuple[float, float]:
         """Go round the other robot, step aside for it, or wait for it."""
         gives_way = self.gives_way and not other.is_done
         if not gives_way and not self._is_near(HALT_M):
