@@ -1,0 +1,79 @@
+"""Missions as different as they come: every family, scanner, path and mapper, drawn from a seed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from scenarios.placement import MapSpec
+from scenarios.scenario import MissionSource, Scenario, Seeds
+from sim.floorplans import FAMILIES
+from sim.lidar import LIDARS
+from sim.missionspec import MissionSpec, RobotSpec
+from sim.posing import PoseSource, Slam
+
+SUITE = "worlds"
+MOST_BEAMS = 720  # of a scanner that has more, every second or later one is kept
+
+
+def draw_sources(count: int, *, seed: int = 0, poses: tuple[PoseSource, ...] = ("slam",)) -> list[MissionSource]:
+    """Draw missions, one pair each: families and pose sources in turn, everything else at random.
+
+    Parameters
+    ----------
+    count
+        How many.
+    seed
+        The same seed, the same missions; a smaller count gives the first of them.
+    poses
+        The pose sources to go through; both robots of a mission use the same.
+    """
+    return [_draw(k, seed, poses[k % len(poses)]) for k in range(count)]
+
+
+def _draw(k: int, seed: int, poses: PoseSource) -> MissionSource:
+    rng = np.random.default_rng([seed, k])
+    kind = list(FAMILIES.values())[k % len(FAMILIES)]
+    mission = MissionSpec(
+        a=_robot(rng),
+        b=_robot(rng),
+        rays="pybullet" if rng.random() < 0.5 else "compiled",
+        max_seconds=float(rng.uniform(90.0, 200.0)),
+        overlap=float(rng.uniform(0.2, 1.0)),
+    )
+    fine = float(rng.uniform(0.02, 0.06))
+    scenario = Scenario(
+        name=f"{kind.family}-{k:03d}",
+        seeds=Seeds(first=seed),
+        noise=(int(rng.choice([0, 1, 2], p=[0.3, 0.5, 0.2])),),
+        world=kind(),
+        mission=mission,
+        a=_map(rng, fine, poses),
+        b=_map(rng, fine * math.exp(rng.uniform(math.log(0.7), math.log(1.5))), poses),
+    )
+    return MissionSource(SUITE, scenario, seed)
+
+
+def _robot(rng: np.random.Generator) -> RobotSpec:
+    lidar = LIDARS[str(rng.choice(list(LIDARS)))]
+    step = -(-lidar.beams // MOST_BEAMS)
+    slots: dict[str, Any] = {name: getattr(lidar, name) for name in lidar.__slots__}
+    return RobotSpec(
+        lidar=type(lidar)(**{**slots, "beams": lidar.beams // step}),
+        speed_m_s=float(rng.uniform(0.5, 1.1)),
+        scan_hz=5.0,
+        path="frontier" if rng.random() < 0.5 else "tour",
+        closes_loop=bool(rng.random() < 0.3),
+    )
+
+
+def _map(rng: np.random.Generator, resolution: float, poses: PoseSource) -> MapSpec:
+    slam = Slam(
+        resolution_m=float(rng.uniform(0.03, 0.1)),
+        key_distance_m=float(rng.uniform(0.2, 1.2)),
+        beams=int(rng.choice([30, 60, 180])),
+        wheel_level=math.exp(rng.uniform(math.log(0.5), math.log(8.0))),
+    )
+    return MapSpec(resolution=resolution, turn_deg="random", poses=poses, slam=slam)
