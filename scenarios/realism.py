@@ -179,6 +179,6 @@ def goes_through_walls(world: World, robot: RobotLog, visit: int) -> bool:
     places = robot.poses[:, :2]
     lengths = np.hypot(*np.diff(places, axis=0).T)
     shares = [np.linspace(0, 1, max(2, math.ceil(length / STEP_M)))[:, None] for length in lengths]
-    path = [p + share * (q - p) for p, q, share in zip(places, places[1:], shares, strict=True)]
+    path = [p + share * (q - p) for p, q, share in zip(places[:-1], places[1:], shares, strict=True)]
     cols, up = np.floor(np.concatenate(path) / PLAN_M).astype(np.intp).T
     return bool(solid[solid.shape[0] - 1 - up, cols].any())
