@@ -205,7 +205,7 @@ def _converter() -> cattrs.Converter:
     converter.register_structure_hook(str, lambda value, _: _exactly(value, str, "text"))
     converter.register_structure_hook(bool, lambda value, _: _exactly(value, bool, "true or false"))
     converter.register_structure_hook(float | Literal["random"], lambda value, _: value)  # MapSpec checks it
-    converter.register_structure_hook(WorldSpec, lambda data, _: _world(data, converter))
+    converter.register_structure_hook_func(lambda kind: kind is WorldSpec, lambda data, _: _world(data, converter))
     converter.register_structure_hook_func(lambda kind: str(get_origin(kind)) == "typing.Literal", _one_of)
     return converter
 
@@ -213,7 +213,7 @@ def _converter() -> cattrs.Converter:
 def _world(data: dict[str, Any], converter: cattrs.Converter) -> WorldSpec:
     """Read a building's knobs; the key `family` says which there are."""
     family = data.get("family", Office.family)
-    if family not in FAMILIES:
+    if family not in tuple(FAMILIES):
         raise InputError(f"family must be one of {', '.join(FAMILIES)}, got {family!r}")
     return converter.structure({key: value for key, value in data.items() if key != "family"}, FAMILIES[family])
 
