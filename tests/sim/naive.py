@@ -8,15 +8,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.world import World
+from sim.world import SCAN_HEIGHT_M, World
 
 
 def cast(world: World, pose: NDArray[np.float64], angles: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
-    """Meet every ray with every edge of every obstacle."""
+    """Meet every ray with every edge of every obstacle that reaches through the laser's plane."""
     heading = pose[2] + angles
     along = np.stack([np.cos(heading), np.sin(heading)], axis=-1)  # (N, 2)
     nearest = np.full(len(angles), np.inf)
-    for prism in world.obstacles:
+    for prism in (p for p in world.obstacles if p.bottom <= SCAN_HEIGHT_M < p.top):
         for start, end in zip(prism.outline, np.roll(prism.outline, -1, axis=0), strict=True):
             edge, away = end - start, start - pose[:2]
             cross = along[:, 0] * edge[1] - along[:, 1] * edge[0]
