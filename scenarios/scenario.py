@@ -226,7 +226,7 @@ def _scanner(value: Any, read: Callable[[dict[str, Any]], Lidar]) -> Lidar:
 def _world(data: dict[str, Any], converter: cattrs.Converter) -> WorldSpec:
     """Read a building's knobs; the key `family` says which there are."""
     family = data.get("family", Office.family)
-    if family not in FAMILIES:
+    if family not in tuple(FAMILIES):
         raise InputError(f"family must be one of {', '.join(FAMILIES)}, got {family!r}")
     return converter.structure({key: value for key, value in data.items() if key != "family"}, FAMILIES[family])
 

@@ -16,7 +16,7 @@ from sim.floorplans.shapes import Points
 from sim.world import Door, Room
 
 DOOR_WAY_M = 0.9  # left around the middle of a door
-TRIES = 12
+TRIES, MODELS = 8, 3  # places for a piece, and pieces for each that is wanted, before it is given up
 
 
 class Furnisher:
@@ -44,13 +44,15 @@ class Furnisher:
     def furnish(self, room: Room, density: float) -> Iterable[Piece]:
         """Place a number of pieces in a room that is drawn about `density` per 10 square metres."""
         wanted = int(self._rng.poisson(density * room.area_m2 / 10))
-        for _ in range(wanted):
+        placed = 0
+        for _ in range(MODELS * wanted):
+            if placed == wanted:
+                return
             is_at_wall = self._rng.random() < 0.65
             makers = AT_WALL if is_at_wall else STANDING
-            piece = self.place(
-                room.name, makers[int(self._rng.integers(len(makers)))](self._rng), is_at_wall=is_at_wall
-            )
-            if piece:
+            model = makers[int(self._rng.integers(len(makers)))](self._rng)
+            if piece := self.place(room.name, model, is_at_wall=is_at_wall):
+                placed += 1
                 yield piece
 
     def another(self, piece: Piece) -> Piece | None:
@@ -84,9 +86,10 @@ class Furnisher:
         corners = np.array(orient(self._space[name]).exterior.coords)
         edges = np.diff(corners, axis=0)
         lengths = np.hypot(edges[:, 0], edges[:, 1])
-        k = int(self._rng.choice(len(edges), p=lengths / lengths.sum()))
-        along = edges[k] / lengths[k]
-        room = lengths[k] - float(model.outline[:, 0].max())
+        wide = float(model.outline[:, 0].max())
+        chances = np.where(lengths > min(wide, lengths.max() - 1e-9), lengths, 0.0)
+        k = int(self._rng.choice(len(edges), p=chances / chances.sum()))
+        along, room = edges[k] / lengths[k], lengths[k] - wide
         return model.placed(
             corners[k] + along * self._rng.uniform(min(0.1, max(room, 0.0) / 2), max(room, 0.01)), along
         )

@@ -82,7 +82,7 @@ def _draft(spec: WorldSpec, rng: np.random.Generator) -> World:
             return replace(world, rooms=tuple(replace(room, spot=spot) for room, spot in placed if spot is not None))
         rooms = _in_the_way(pen, leaves, furniture, set(cut_off))
         if not rooms:
-            raise SimulationError(f"a robot cannot reach {cut_off[0]!r}")
+            raise SimulationError(f"a robot cannot reach {cut_off[0]!r}; wider doors (door_m) may help")
         furniture = furniture.thinned(rooms)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sim.floorplans.drafting import JAMB_M, Gap, Pen
-from sim.floorplans.rows import THROUGH, cut
+from sim.floorplans.rows import cut, partition
 from sim.floorplans.shapes import Points
 from sim.floorplans.spec import WorldSpec, require_count, require_share
 
@@ -84,8 +84,8 @@ class _Bands:
             gaps = self._entrance(name, at_near[k + 1] - at_near[k], is_lobby=k == lobby != back)
             self.pen.wall(corners[:2], gaps)
         for k in range(1, slots):
-            between = (at_near[k], near), (at_far[k], far)
-            self._partition(between, names[k - 1], names[k], may_have_door=back not in (k - 1, k))
+            ends = np.array([at_near[k], near]), np.array([at_far[k], far])
+            partition(self.pen, *ends, names[k - 1], names[k], may_have_door=back not in (k - 1, k))
         if self.is_oblique and rng.random() < 0.7 and slots - 1 != back:
             self._chamfer(span[0] if rng.random() < 0.5 and back != 0 else span[1], far, near)
 
@@ -112,12 +112,6 @@ class _Bands:
         self.pen.room(name, [a, b, right, left])
         self.pen.room(f"{name} back", [left, right, c, d])
         self.pen.wall([left, right], self.pen.door(0.0, float(np.hypot(*(right - left))), name, f"{name} back"))
-
-    def _partition(self, ends: tuple[Corner, Corner], one: str, other: str, *, may_have_door: bool) -> None:
-        """Draw the wall between two neighbours, with a door in one of four."""
-        length = float(np.hypot(ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]))
-        has_door = self.rng.random() < THROUGH and may_have_door
-        self.pen.wall(ends, self.pen.door(0.5, length - 0.5, one, other, is_needed=False) if has_door else [])
 
     def _chamfer(self, x: float, y: float, near: float) -> None:
         """Cut an outer corner of the building off by a diagonal wall."""

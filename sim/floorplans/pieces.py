@@ -59,7 +59,7 @@ def sofa(rng: np.random.Generator) -> Model:
 def bed(wide: float = 0.95, long: float = 2.05) -> Model:
     """A bed on legs, its head at the wall."""
     mattress = Prism(rectangle(0.0, 0.0, wide, long), 0.55, 0.22)
-    return Model((mattress, *_legs(rectangle(0.0, 0.0, wide, long), 0.22)), rectangle(0.0, 0.0, wide, long))
+    return Model((mattress, *_legs(mattress.outline, 0.6)), rectangle(0.0, 0.0, wide, long))
 
 
 def desk(rng: np.random.Generator) -> Model:

@@ -64,6 +64,11 @@ def row(
         beside = max(begin, low) - begin, min(float(cuts[k + 1]), high) - begin
         pen.wall([near[k], near[k + 1]], [doors[k]] if doors else pen.door(*beside, name, corridor))
     for k in range(1, len(names)):
-        has_door = not doors and pen.rng.random() < THROUGH
-        between = pen.door(0.5, depth - 0.5, names[k - 1], names[k], is_needed=False) if has_door else []
-        pen.wall([near[k], far[k]], between)
+        partition(pen, near[k], far[k], names[k - 1], names[k], may_have_door=not doors)
+
+
+def partition(pen: Pen, near: Points, far: Points, one: str, other: str, *, may_have_door: bool) -> None:
+    """Draw the wall between two neighbours, with a door in one of four."""
+    has_door = may_have_door and pen.rng.random() < THROUGH
+    length = float(np.hypot(*(far - near)))
+    pen.wall([near, far], pen.door(0.5, length - 0.5, one, other, is_needed=False) if has_door else [])

@@ -23,18 +23,19 @@ class WorldSpec(ABC):
     size_m
         Outer size (x, y) in metres before the building is turned, 6 to 60 each way.
     furniture
-        Mean pieces of furniture per 10 square metres of room, 0 to 5.
+        Mean pieces of furniture per 10 square metres of room, 0 to 5; fewer where they would stand in the way.
     wall_m
         Least and greatest thickness of inner walls, within 0.06 to 0.4 m; drawn once per building. Outer walls are up
         to twice as thick.
     door_m
-        Least and greatest width of doors, within 0.7 to 2.4 m; drawn for every door.
+        Least and greatest width of doors, within 0.7 to 2.4 m; drawn for every door. A robot gets through less than
+        0.8 m only where the wall runs along the axes.
     yaw_deg
         How far the building is turned, counter-clockwise; "random" draws it from the whole circle.
     glass
         Share of the inner partitions that are glass.
     shut
-        Share of the doors that are shut, as far as no room is cut off.
+        Share of the doors that are shut, as far as no room is cut off: none where every room has one door.
     changed
         Share of the furniture that is moved, removed or added between the visits of the two robots. Unless it is 0, one
         in two shut doors is shut during one visit only.

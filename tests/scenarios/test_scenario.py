@@ -1,13 +1,13 @@
 import math
 import pickle
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
 from rectmerge.errors import ScenarioError
 from scenarios.scenario import Seeds, load_suite, suite_names
-from sim.floorplans import Office
+from sim.floorplans import Hospital, Office
 from sim.lidar import LIDARS, Lidar
 
 GOOD = """
@@ -68,6 +68,15 @@ def test_a_scanner_is_a_profile_a_table_or_both(tmp_path, written_as, meant):
     assert suite.scenarios[0].mission.a.lidar == meant
 
 
+def test_the_family_of_a_world_says_which_knobs_it_has(tmp_path):
+    world = 'world = { family = "hospital", size_m = [30, 14], jitter_m = 0.15, yaw_deg = 30, door_m = [1, 1.2] }'
+    suite = load_suite(written(tmp_path, GOOD.replace("world = { rooms = 6, size_m = [14, 10.0] }", world)))
+
+    assert suite.scenarios[0].world == Hospital(size_m=(30.0, 14.0), jitter_m=0.15, yaw_deg=30, door_m=(1.0, 1.2))
+    assert asdict(suite.scenarios[0])["world"]["family"] == "hospital"
+    assert asdict(suite.scenarios[1])["world"]["family"] == "office"
+
+
 def test_there_is_one_source_per_mission_with_an_id_per_noise_level(tmp_path):
     sources = load_suite(written(tmp_path, GOOD)).sources()
 
@@ -109,6 +118,16 @@ def test_scenarios_seeds_and_purposes_draw_from_seeds_of_their_own(tmp_path):
         ),
         ('title = "Two"', 'title = "Two"\nname = "x"', "some.toml: unknown key 'name'"),
         ('title = "Two"', "", "some.toml: title: missing"),
+        ("rooms = 6", 'family = "hall", rooms = 6', "some.toml: scenarios[0].world: unknown key 'rooms'"),
+        (
+            "rooms = 6",
+            'family = "cave"',
+            "some.toml: scenarios[0].world: family must be one of office, apartment, warehouse, loop, hospital, ",
+        ),
+        ("rooms = 6", "family = 3", "some.toml: scenarios[0].world: family must be one of office, "),
+        ("rooms = 6", "family = []", "some.toml: scenarios[0].world: family must be one of office, "),
+        ("rooms = 6", "yaw_deg = true", "some.toml: scenarios[0].world: yaw_deg must be a number of degrees or"),
+        ("{ rooms = 6, size_m = [14, 10.0] }", "3", "some.toml: scenarios[0].world: must be a table or a list"),
         ("rooms = 6", 'rooms = "6"', "some.toml: scenarios[0].world.rooms: must be a whole number, got '6'"),
         ("rooms = 6", "rooms = 3", "some.toml: scenarios[0].world: rooms must be 6 to 12, got 3"),
         ("share = 0.9", "share = true", "some.toml: scenarios[0].mission.a.share: must be a number, got True"),
@@ -166,6 +185,7 @@ def test_the_headline_suite_keeps_the_papers_arithmetic():
     assert sum(b.extent_cells) == 556
     assert sum(b.extent_cells) * 38 / 32 == pytest.approx(660, abs=1)
     assert sum(a.extent_cells) == 504
+    assert (headline.world.family, headline.world.yaw_deg) == ("office", 0.0)
     assert np.all(np.array(headline.world.size_m) < np.array(b.extent_cells) * b.resolution)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sim.floorplans import Office, make_world
 from sim.lidar import Lidar
 from sim.mission import MissionLog, MissionSpec, RobotLog, RobotSpec
-from sim.world import Prism, Room, World, bar
+from sim.world import SCAN_HEIGHT_M, Prism, Room, World, bar
 from tests.sim import naive
 
 
@@ -48,9 +48,9 @@ def _standing(world: World, rooms: list[Room], lidar: Lidar) -> RobotLog:
 
 
 def wall_distance(world: World, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance of points (N, 2) to the nearest edge of an obstacle."""
+    """Distance of points (N, 2) to the nearest edge of an obstacle that a robot cannot drive under."""
     nearest = np.full(len(points), np.inf)
-    for prism in world.obstacles:
+    for prism in (p for p in world.obstacles if p.bottom <= SCAN_HEIGHT_M):
         for start, end in zip(prism.outline, np.roll(prism.outline, -1, axis=0), strict=True):
             edge = end - start
             share = np.clip(((points - start) @ edge) / (edge @ edge), 0.0, 1.0)

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.lidar import Reading
-from sim.world import Prism, World
+from sim.world import SCAN_HEIGHT_M, Prism, World
 
 
 def cast(world: World, pose: NDArray[np.float64], angles: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
-    """Meet every ray with every edge of every obstacle."""
-    nearest = meet_edges(world.obstacles, pose, angles)
+    """Meet every ray with every edge of every obstacle that reaches through the laser's plane."""
+    nearest = meet_edges([p for p in world.obstacles if p.bottom <= SCAN_HEIGHT_M < p.top], pose, angles)
     return np.where(nearest < reach, nearest, np.inf)
 
 
