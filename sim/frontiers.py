@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.coverage import SeenFloor
-from sim.driving import Ways, cell_centres, costs_from, disc, most_gain, way_down, way_up
+from sim.driving import Ways, cell_centre, cell_centres, costs_from, disc, most_gain, way_down, way_up
 
 AROUND_CELLS, LEAST_FRONTIER_CELLS = 15, 5  # within a square so wide less frontier is but gaps between beams
 LOOK_FROM_CELLS = 5  # how far from a frontier a robot stands to look beyond it
@@ -64,14 +64,17 @@ class Frontiers:
         if self._is_over or not self._aim.any():
             return None
         rows, cols = np.nonzero(self._aim)
-        middle: NDArray[np.float64] = cell_centres(rows + self._window[0].start, cols + self._window[1].start).mean(axis=0)
+        middle: NDArray[np.float64] = cell_centres(rows + self._window[0].start, cols + self._window[1].start).mean(
+            axis=0
+        )
         return middle
 
     def look(self) -> bool:
         """Tell whether the way should be planned anew, since scans have moved most of the frontier it leads to."""
         if self._is_over or not self._aim.any():
             return False
-        return np.count_nonzero(self._frontier(self._window) & self._aim) < np.count_nonzero(self._aim) / 2
+        left = np.count_nonzero(self._frontier(self._window) & self._aim)
+        return bool(left < np.count_nonzero(self._aim) / 2)
 
     def path(
         self, position: NDArray[np.float64], blocked: NDArray[np.bool_] | None = None
@@ -103,8 +106,7 @@ class Frontiers:
 
     def put_off(self) -> None:
         """Give up the frontier that it was going to."""
-        at = cell_centres(*(np.array([k]) for k in self._at))[0]
-        self._given_up |= disc(self._given_up.shape, at, GIVEN_UP_M)
+        self._given_up |= disc(self._given_up.shape, cell_centre(*self._at), GIVEN_UP_M)
 
     def finish(self) -> None:
         """Explore no more: go home, or end here."""

@@ -1,4 +1,4 @@
-"""Drives one robot where its guide sends it: along paths, round the other robot, and out of places where it is stuck."""
+"""Drives a robot where its guide sends it: along paths, past the other robot, and out of places where it is stuck."""
 
 from __future__ import annotations
 
@@ -185,9 +185,7 @@ class Pilot:
             self.end(f"stuck on the way to {self.guide.goal} after {time:.0f} s")
         return BACKWARDS
 
-    def _meet(
-        self, other: Pilot, way: Follower, pose: NDArray[np.float64], time: float
-    ) -> tuple[float, float]:
+    def _meet(self, other: Pilot, way: Follower, pose: NDArray[np.float64], time: float) -> tuple[float, float]:
         """Go round the other robot, step aside for it, or wait for it."""
         gives_way = self.gives_way and not other.is_done
         if not gives_way and not self._is_near(HALT_M):
