@@ -5,6 +5,7 @@ B. Yamauchi, A frontier-based approach for autonomous exploration, CIRA 1997.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import cv2
@@ -89,10 +90,11 @@ class Frontiers:
         if not np.isfinite(prices).any():
             return None
         if not self._is_over:
-            costs, goal = most_gain(prices, position, self._pay())
-            if goal is not None:
-                self._aim_at(goal)
-                return way_up(costs, goal)
+            for pay in self._pays():
+                costs, goal = most_gain(prices, position, pay)
+                if goal is not None:
+                    self._aim_at(goal)
+                    return way_up(costs, goal)
             if blocked is not None:
                 return None
             self.finish()
@@ -113,14 +115,18 @@ class Frontiers:
         self._is_over = True
         self.is_done = self.home is None
 
-    def _pay(self) -> NDArray[np.float32]:
-        """What each known cell pays, in cells of way, for a look from there: more for a longer frontier."""
-        frontier = self._frontier((slice(None), slice(None))).astype(np.float32)
-        length = cv2.boxFilter(frontier, -1, (AROUND_CELLS, AROUND_CELLS), normalize=False)
-        pay = np.where((frontier > 0) & (length >= LEAST_FRONTIER_CELLS), length, np.float32(0.0))
-        for _ in range(LOOK_FROM_CELLS):  # over known cells only, never through a wall
-            pay = np.where(self.seen.is_free, cv2.dilate(pay, EIGHT), np.float32(0.0))
-        return pay
+    def _pays(self) -> Iterator[NDArray[np.float32]]:
+        """What each known cell pays, in cells of way, for a look from there: more for a longer frontier.
+
+        Where no way leads to those, short ones count on which a robot can stand: one may be a narrow way out.
+        """
+        frontier = self._frontier((slice(None), slice(None)))
+        length = cv2.boxFilter(frontier.astype(np.float32), -1, (AROUND_CELLS, AROUND_CELLS), normalize=False)
+        for counts in (frontier & (length >= LEAST_FRONTIER_CELLS), frontier & np.isfinite(self.ways.prices)):
+            pay = np.where(counts, length, np.float32(0.0))
+            for _ in range(LOOK_FROM_CELLS):  # over known cells only, never through a wall
+                pay = np.where(self.seen.is_free, cv2.dilate(pay, EIGHT), np.float32(0.0))
+            yield pay
 
     def _aim_at(self, goal: tuple[int, int]) -> None:
         self._at, reach = goal, LOOK_FROM_CELLS + 3

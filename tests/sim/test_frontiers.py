@@ -11,7 +11,7 @@ from sim.frontiers import Frontiers
 from sim.lidar import Lidar
 from sim.piloting import Pilot
 from sim.world import World
-from tests.sim.made import corridor_world, drive_exactly, wall_distance
+from tests.sim.made import box_world, corridor_world, drive_exactly, wall_distance
 
 
 class Scanning(Pilot):
@@ -70,3 +70,15 @@ def test_a_robot_that_is_told_to_finish_explores_no_more():
     guide.finish()
 
     assert guide.is_done
+
+
+def test_a_narrow_way_out_is_taken_where_there_is_no_other():
+    ways = Ways(drivable(box_world(6.0, 6.0)))
+    seen = SeenFloor(Lidar(), ways.prices.shape)
+    seen.is_hit[34:40, 9:30] = True
+    seen.is_hit[35:39, 10:30] = False
+    seen.since[35:39, 10:30] = 0  # a passage four cells wide, and all its frontier
+
+    path = Frontiers(ways, seen).path(np.array([1.2, 3.7]))
+    assert path is not None
+    assert path[-1, 0] > 2.4
