@@ -44,8 +44,6 @@ def find_refuge(
         Waypoints (N, 2); None where there is no such place.
     """
     free = np.where(disc(prices.shape, other, IN_THE_WAY_M), np.inf, prices)
-    if not np.isfinite(free).any():
-        return None
     costs = costs_from(free, position)
     refuge = np.where(disc(prices.shape, other, BERTH_M + ASIDE_M), np.inf, costs)
     for point in others_path[: PATH_LEFT_FREE : round(0.3 / CELL_M)]:

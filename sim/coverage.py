@@ -14,7 +14,7 @@ from sim.lidar import Lidar
 FINE_M = 0.05  # cells for the last word on an overlap: about those of the maps that will be made
 MOST_CUTS = 400  # a longer log is cut at as many evenly spaced scans
 TOLERANCE = 0.015  # of an overlap on cells of this module; the finished maps' overlap is then within 0.05
-LEAST_M2, LEAST_SHARE = 40.0, 0.5  # a map worth making shows so much floor, or so much of it where there is little
+LEAST_M2, LEAST_SHARE = 40.0, 0.4  # a map worth making shows so much floor, or so much of it where there is little
 
 
 class SeenFloor:
@@ -50,7 +50,7 @@ class SeenFloor:
 
     def share_of(self, floor: NDArray[np.bool_]) -> float:
         """Return which share of a floor, shape (H, W), has been seen."""
-        return float(np.count_nonzero(self.is_free & floor)) / max(1, np.count_nonzero(floor))
+        return float(np.count_nonzero(self.is_free & floor)) / max(1, int(np.count_nonzero(floor)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,7 +126,8 @@ class Choice:
 
 def all_cuts(a: SeenFloor, b: SeenFloor, *, fewest: int) -> Cuts:
     """Survey the cuts of two logs, seen on one grid, that leave each at least `fewest` scans."""
-    kept_a, kept_b = (np.unique(np.linspace(fewest, floor.scans, MOST_CUTS).astype(np.int64)) for floor in (a, b))
+    first = min(fewest, a.scans, b.scans)
+    kept_a, kept_b = (np.unique(np.linspace(first, floor.scans, MOST_CUTS).astype(np.int64)) for floor in (a, b))
     n, m = len(kept_a), len(kept_b)
     since_a, since_b = _first_cut(a, kept_a), _first_cut(b, kept_b)  # 0..n, 0..m; n and m: never seen
     counts = np.bincount((since_a * (m + 1) + since_b).ravel(), minlength=(n + 1) * (m + 1)).reshape(n + 1, m + 1)

@@ -112,6 +112,8 @@ def costs_from(prices: NDArray[np.float64], point: NDArray[np.float64]) -> NDArr
 
     `prices` are those of `DriveField.prices`, shape (H, W).
     """
+    if not np.isfinite(prices).any():
+        return np.full(prices.shape, np.inf)
     return paths.cost_to_goal(prices, *nearest_cell(np.isfinite(prices), point))
 
 
@@ -123,6 +125,8 @@ def way_down(costs: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[
     NDArray or None
         Waypoints, shape (N, 2), metres, about one per cell; None where no way is within half a metre of the start.
     """
+    if not np.isfinite(costs).any():
+        return None
     row, col = nearest_cell(np.isfinite(costs), start)
     if math.hypot((col + 0.5) * CELL_M - start[0], (row + 0.5) * CELL_M - start[1]) > OFF_THE_WAY_M:
         return None
@@ -200,6 +204,11 @@ def cell_centres(rows: NDArray[np.int64], cols: NDArray[np.int64]) -> NDArray[np
     """Return the centres of cells of a drive field, shape (N, 2), metres."""
     centres: NDArray[np.float64] = (np.stack([cols, rows], axis=-1).astype(np.float64) + 0.5) * CELL_M
     return centres
+
+
+def cell_centre(row: int, col: int) -> NDArray[np.float64]:
+    """Return the centre of one cell, (2,), metres."""
+    return np.array([(col + 0.5) * CELL_M, (row + 0.5) * CELL_M])
 
 
 def cell_at(point: NDArray[np.float64]) -> tuple[int, int]:

@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import SimulationError
-from sim.driving import DriveField, Ways, cell_at, cell_centres, disc, nearest_cell, standing_spot
+from sim.driving import DriveField, Ways, cell_at, cell_centre, cell_centres, disc, nearest_cell, standing_spot
 from sim.world import Room, World, covers
 
 SECOND_LOOK_M2 = 22.0  # rooms larger than this are looked at from a second spot
 APART_M = 1.0  # between two robots at the start, at least
-Stop = tuple[str, NDArray[np.float64]]  # a room's name and a point (2,) in it
+Point = NDArray[np.float64]
+Stop = tuple[str, Point]  # a room's name and a point (2,) in it
 
 
 def share_rooms(world: World, share: float, *, from_left: bool) -> tuple[Room, ...]:
@@ -43,8 +44,10 @@ def find_stops(drive: DriveField, rooms: Sequence[Room], rng: np.random.Generato
     Raises
     ------
     SimulationError
-        If no room can be entered.
+        If there are no rooms, or none can be entered.
     """
+    if not rooms:
+        raise SimulationError("this world has no rooms to tour; path = 'frontier' explores it without")
     stops = [(room.name, spot) for room in rooms for spot in _spots(drive, room, rng)]
     if not stops:
         raise SimulationError(f"a robot can enter none of the {len(rooms)} rooms to tour")
@@ -53,7 +56,7 @@ def find_stops(drive: DriveField, rooms: Sequence[Room], rng: np.random.Generato
 
 def _spots(drive: DriveField, room: Room, rng: np.random.Generator) -> list[NDArray[np.float64]]:
     first: NDArray[np.float64] | None = room.spot
-    if not drive.is_drivable[cell_at(room.spot)]:  # what only this visit finds may stand there
+    if nearest_cell(drive.is_drivable, room.spot) != cell_at(room.spot):  # what only this visit finds may stand there
         first = standing_spot(drive, room)
     if first is None:
         return []
@@ -83,7 +86,7 @@ def starts_apart(
     rows, cols = np.nonzero(drive.is_drivable & (drive.clearance >= min(0.5, drive.clearance[drive.is_drivable].max())))
     spots = cell_centres(rows, cols)
     anywhere = spots[int(rng.integers(len(spots)))]
-    first = spots[int(np.argmax(ways.costs(anywhere)[rows, cols]))]
+    first: Point = spots[int(np.argmax(ways.costs(anywhere)[rows, cols]))]
     order = np.argsort(ways.costs(first)[rows, cols], kind="stable")
     share = min(1.0, max(0.0, apart + rng.uniform(-0.05, 0.05)))
     return first, spots[order[round(share * (len(order) - 1))]]
@@ -103,7 +106,7 @@ def keep_apart(drive: DriveField, start: NDArray[np.float64], other: NDArray[np.
     if not away.any():
         raise SimulationError("there is no place for a second robot in this world")
     row, col = nearest_cell(away, start)
-    return cell_centres(np.array([row]), np.array([col]))[0]
+    return cell_centre(row, col)
 
 
 def in_order(ways: Ways, stops: Sequence[Stop], first: int) -> list[Stop]:
@@ -207,10 +210,31 @@ class Tour:
         self.is_done = self.home is None
 
 
-def make_tour(ways: Ways, stops: Sequence[Stop], start: NDArray[np.float64], *, closes_loop: bool = False) -> Tour:
-    """Plan a tour of stops that begins at the one nearest to a start; it returns to the start if it closes its loop."""
-    first = int(np.argmin([ways.cost_m(spot, start) for _, spot in stops]))
-    order = in_order(ways, stops, first)
+def make_tour(
+    ways: Ways, stops: Sequence[Stop], start: Point, *, closes_loop: bool = False, rival: Point | None = None
+) -> Tour:
+    """Plan a tour of stops.
+
+    Parameters
+    ----------
+    ways
+        Where the robot can drive.
+    stops
+        Where it looks around.
+    start
+        Where it starts: the nearest stop is the first, and then the nearest is always the next.
+    closes_loop
+        Whether it tours the stops in a round and returns to its start.
+    rival
+        Where the other robot starts, if what is nearer to that comes last; None where it does not matter.
+    """
+    mine = [s for s in stops if rival is None or ways.cost_m(s[1], start) <= ways.cost_m(s[1], rival)]
+    others = [s for s in stops if not any(s is one for one in mine)]
+    order: list[Stop] = []
+    for part in (mine, others):
+        at = order[-1][1] if order else start
+        if part:
+            order += in_order(ways, part, int(np.argmin([ways.cost_m(spot, at) for _, spot in part])))
     if closes_loop:
         return Tour(ways, shorten_round(ways, order), start)
     return Tour(ways, order)

@@ -5,6 +5,7 @@ B. Yamauchi, A frontier-based approach for autonomous exploration, CIRA 1997.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import cv2
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.coverage import SeenFloor
-from sim.driving import Ways, cell_centres, costs_from, disc, most_gain, way_down, way_up
+from sim.driving import Ways, cell_centre, cell_centres, costs_from, disc, most_gain, way_down, way_up
 
 AROUND_CELLS, LEAST_FRONTIER_CELLS = 15, 5  # within a square so wide less frontier is but gaps between beams
 LOOK_FROM_CELLS = 5  # how far from a frontier a robot stands to look beyond it
@@ -73,7 +74,8 @@ class Frontiers:
         """Tell whether the way should be planned anew, since scans have moved most of the frontier it leads to."""
         if self._is_over or not self._aim.any():
             return False
-        return np.count_nonzero(self._frontier(self._window) & self._aim) < np.count_nonzero(self._aim) / 2
+        left = np.count_nonzero(self._frontier(self._window) & self._aim)
+        return bool(left < np.count_nonzero(self._aim) / 2)
 
     def path(
         self, position: NDArray[np.float64], blocked: NDArray[np.bool_] | None = None
@@ -88,10 +90,11 @@ class Frontiers:
         if not np.isfinite(prices).any():
             return None
         if not self._is_over:
-            costs, goal = most_gain(prices, position, self._pay())
-            if goal is not None:
-                self._aim_at(goal)
-                return way_up(costs, goal)
+            for pay in self._pays():
+                costs, goal = most_gain(prices, position, pay)
+                if goal is not None:
+                    self._aim_at(goal)
+                    return way_up(costs, goal)
             if blocked is not None:
                 return None
             self.finish()
@@ -105,22 +108,25 @@ class Frontiers:
 
     def put_off(self) -> None:
         """Give up the frontier that it was going to."""
-        at = cell_centres(*(np.array([k]) for k in self._at))[0]
-        self._given_up |= disc(self._given_up.shape, at, GIVEN_UP_M)
+        self._given_up |= disc(self._given_up.shape, cell_centre(*self._at), GIVEN_UP_M)
 
     def finish(self) -> None:
         """Explore no more: go home, or end here."""
         self._is_over = True
         self.is_done = self.home is None
 
-    def _pay(self) -> NDArray[np.float32]:
-        """What each known cell pays, in cells of way, for a look from there: more for a longer frontier."""
-        frontier = self._frontier((slice(None), slice(None))).astype(np.float32)
-        length = cv2.boxFilter(frontier, -1, (AROUND_CELLS, AROUND_CELLS), normalize=False)
-        pay = np.where((frontier > 0) & (length >= LEAST_FRONTIER_CELLS), length, np.float32(0.0))
-        for _ in range(LOOK_FROM_CELLS):  # over known cells only, never through a wall
-            pay = np.where(self.seen.is_free, cv2.dilate(pay, EIGHT), np.float32(0.0))
-        return pay
+    def _pays(self) -> Iterator[NDArray[np.float32]]:
+        """What each known cell pays, in cells of way, for a look from there: more for a longer frontier.
+
+        Where no way leads to those, short ones count on which a robot can stand: one may be a narrow way out.
+        """
+        frontier = self._frontier((slice(None), slice(None)))
+        length = cv2.boxFilter(frontier.astype(np.float32), -1, (AROUND_CELLS, AROUND_CELLS), normalize=False)
+        for counts in (frontier & (length >= LEAST_FRONTIER_CELLS), frontier & np.isfinite(self.ways.prices)):
+            pay = np.where(counts, length, np.float32(0.0))
+            for _ in range(LOOK_FROM_CELLS):  # over known cells only, never through a wall
+                pay = np.where(self.seen.is_free, cv2.dilate(pay, EIGHT), np.float32(0.0))
+            yield pay
 
     def _aim_at(self, goal: tuple[int, int]) -> None:
         self._at, reach = goal, LOOK_FROM_CELLS + 3

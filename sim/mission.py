@@ -13,7 +13,7 @@ from rectmerge.errors import SimulationError
 from sim.bullet import Physics, physics
 from sim.casting import Caster
 from sim.coverage import SeenFloor, all_cuts, least_area_m2
-from sim.driving import DriveField, Steering, Ways, cell_centres, drivable, nearest_drivable
+from sim.driving import DriveField, Steering, Ways, cell_centre, drivable, nearest_drivable
 from sim.exploration import find_stops, keep_apart, make_tour, share_rooms, starts_apart
 from sim.frontiers import Frontiers
 from sim.missionlog import FEWEST_SCANS, MissionLog, RobotLog, cut_to_overlap
@@ -28,6 +28,7 @@ CONTROL_EVERY = 3  # physics steps per control step
 CHECK_EVERY_S = 3.0  # between looks at whether anything more is needed
 NO_GAIN_S, GAIN = 15.0, 1.02  # so long without better cuts to a wanted overlap that was passed ends a mission
 FAR_ENOUGH = 0.7  # starts are this times the wanted overlap nearer than as far apart as can be
+KEEPS_OFF_BELOW = 0.5  # for a smaller overlap, tours leave to the other robot what is nearer to its start
 LOOKS_ALL_ROUND_DEG = 330.0
 UNHURRIED = 0.5  # of its top speed a robot makes good on a way, turns and doors included
 
@@ -107,7 +108,9 @@ class _Mission:
         points = np.array([spot for _, spot in stops])
         first = 0 if self.spec.overlap is None else int(np.argmin(np.hypot(*(points - self.spots[k]).T)))
         start = self._start(k, points[first])
-        return make_tour(self.ways[k], stops, start, closes_loop=robot.closes_loop)
+        keeps_off = self.spec.overlap is not None and self.spec.overlap < KEEPS_OFF_BELOW
+        rival = self.spots[1 - k] if keeps_off else None
+        return make_tour(self.ways[k], stops, start, closes_loop=robot.closes_loop, rival=rival)
 
     def _frontiers(self, k: int) -> Guide:
         start = self._start(k, self.spots[k])
@@ -115,8 +118,7 @@ class _Mission:
 
     def _start(self, k: int, near: NDArray[np.float64]) -> NDArray[np.float64]:
         """Settle where a robot starts: where it can stand, and apart from the other."""
-        row, col = nearest_drivable(self.drives[k], near)
-        start = cell_centres(np.array([row]), np.array([col]))[0]
+        start = cell_centre(*nearest_drivable(self.drives[k], near))
         if self.starts:
             start = keep_apart(self.drives[k], start, self.starts[0])
         self.starts.append(start)
@@ -175,11 +177,12 @@ class _Mission:
     def _check(self, robots: list[Robot], now: float) -> None:
         """End the exploration of robots that have seen enough, or have to go home now."""
         is_met = self.spec.overlap is not None and self._is_met(self.spec.overlap, now)
-        for robot, spec, ways, drive in zip(robots, self.specs, self.ways, self.drives, strict=True):
+        parts = zip(robots, self.specs, self.ways, self.drives, self.seen, strict=True)
+        for robot, spec, ways, drive, seen in parts:
             guide = robot.pilot.guide
             way_m = ways.cost_m(robot.pose[:2], robot.start[:2]) if spec.closes_loop else 0.0
             is_late = spec.closes_loop and now + way_m / (UNHURRIED * spec.speed_m_s) > self.spec.max_seconds
-            is_full = self.spec.coverage is not None and robot.seen.share_of(drive.is_drivable) >= self.spec.coverage
+            is_full = self.spec.coverage is not None and seen.share_of(drive.is_drivable) >= self.spec.coverage
             if (is_met or is_late or is_full) and not robot.pilot.is_done:
                 guide.finish()
                 robot.pilot.replan()

@@ -152,10 +152,10 @@ class MissionLog:
         try:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
                 head = json.loads(str(data["head"]))
-                robots = {n: _read_robot(data, n, head[n]) for n in ("a", "b")}
+                a, b = (_read_robot(data, name, head[name]) for name in ("a", "b"))
             spec = cattrs.structure(head["spec"], MissionSpec)
             world, seed, discarded = World.from_dict(head["world"]), int(head["seed"]), tuple(head["discarded"])
-            return cls(world=world, spec=spec, seed=seed, discarded=discarded, **robots)
+            return cls(world=world, spec=spec, seed=seed, a=a, b=b, discarded=discarded)
         except BROKEN as error:
             raise InputError(f"{path} is not a mission log: {error}") from error
 
@@ -173,7 +173,7 @@ def cut_to_overlap(log: MissionLog, wanted: float) -> MissionLog:
     Returns
     -------
     MissionLog
-        With logs that show at least 40 square metres of floor each, or half the floor there is. A robot that closed
+        With logs that show at least 40 square metres of floor each, or 0.4 of what is drivable. A robot that closed
         its loop keeps it where any such cut allows it.
 
     Raises
@@ -198,6 +198,6 @@ def cut_to_overlap(log: MissionLog, wanted: float) -> MissionLog:
 
 def _read_robot(data: Any, name: str, head: dict[str, Any]) -> RobotLog:
     arrays = {key: data[f"{name}_{key}"] for key in ("times", "poses", "odometry", "ranges")}
-    glass = data[f"{name}_glass"] if f"{name}_glass" in data else None
+    glass = data.get(f"{name}_glass")
     rooms, entered = tuple(map(str, head["rooms"])), tuple(map(float, head["entered"]))
     return RobotLog(**arrays, glass=glass, rooms=rooms, entered=entered, note=str(head["note"]))

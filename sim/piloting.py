@@ -1,4 +1,4 @@
-"""Drives one robot where its guide sends it: along paths, round the other robot, and out of places where it is stuck."""
+"""Drives a robot where its guide sends it: along paths, past the other robot, and out of places where it is stuck."""
 
 from __future__ import annotations
 

@@ -72,11 +72,8 @@ class Robot:
         self._wheels = wheels
         heading = self._odometry[2] + (right - left) / TRACK_M / 2
         ahead = (left + right) / 2
-        self._odometry = self._odometry + [
-            ahead * math.cos(heading),
-            ahead * math.sin(heading),
-            (right - left) / TRACK_M,
-        ]
+        step = [ahead * math.cos(heading), ahead * math.sin(heading), (right - left) / TRACK_M]
+        self._odometry = self._odometry + step
         self._bullet.drive(self._body, *self.pilot.command(self.pose, time))
 
     def scan(self, time: float, other: NDArray[np.float64]) -> None:

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.casting import Caster
+from sim.driving import Steering, Ways, drivable
+from sim.exploration import Tour
 from sim.floorplans import Office, make_world
 from sim.lidar import Lidar
+from sim.mapping import build_map
 from sim.mission import MissionLog, MissionSpec, RobotLog, RobotSpec
+from sim.piloting import Pilot
 from sim.world import SCAN_HEIGHT_M, Prism, Room, World, bar
 from tests.sim import naive
 
@@ -22,6 +28,42 @@ def box_world(width: float = 6.0, height: float = 4.0) -> World:
     table = Prism(np.array([[3.0, 1.0], [4.0, 1.0], [4.0, 1.7], [3.0, 1.7]]), 0.75)
     room = Room("room", corners, np.array([1.5, 2.0]))
     return World(size=(width, height), walls=tuple(walls), furniture=(table,), rooms=(room,), family="box")
+
+
+def corridor_world(width: float) -> World:
+    """Two rooms of 3 m, each with a spot in its middle, joined by a corridor of 6 m."""
+    low, high = 1.7 - width / 2, 1.7 + width / 2
+    boxes = [(0, 0, 12.4, 0.2), (0, 3.2, 12.4, 3.4), (0, 0.2, 0.2, 3.2), (12.2, 0.2, 12.4, 3.2)]
+    boxes += [(3.2, 0.2, 9.2, low), (3.2, high, 9.2, 3.2)]
+    rooms = [("left", (0.2, 0.2, 3.2, 3.2)), ("corridor", (3.2, low, 9.2, high)), ("right", (9.2, 0.2, 12.2, 3.2))]
+    return World(
+        size=(12.4, 3.4),
+        walls=tuple(Prism(rectangle(*box), 2.5) for box in boxes),
+        rooms=tuple(Room(name, rectangle(*box), rectangle(*box).mean(axis=0)) for name, box in rooms),
+        family="corridor",
+    )
+
+
+def rectangle(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.float64]:
+    """The corners of a rectangle, counter-clockwise."""
+    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+
+
+def drive_exactly(
+    pilots: list[Pilot], starts: list[tuple[float, float, float]], seconds: float
+) -> tuple[NDArray[np.float64], float]:
+    """Let robots do exactly what their pilots say; returns their poses (K, steps, 3) and when they ended."""
+    poses, tracks, time = [np.array(start) for start in starts], [[] for _ in pilots], 0.0
+    for pilot, pose in zip(pilots, poses, strict=True):
+        pilot.position = pose[:2]
+    while time < seconds and not all(pilot.is_done for pilot in pilots):
+        for k, pilot in enumerate(pilots):
+            speed, turn = pilot.command(poses[k], time)
+            yaw = poses[k][2]
+            poses[k] = poses[k] + np.array([speed * math.cos(yaw), speed * math.sin(yaw), turn]) * 0.05
+            tracks[k].append(poses[k])
+        time += 0.05
+    return np.array(tracks), time
 
 
 @functools.cache
@@ -47,6 +89,25 @@ def _standing(world: World, rooms: list[Room], lidar: Lidar) -> RobotLog:
     )
 
 
+@functools.cache
+def walked_log() -> MissionLog:
+    """Two robots that tour a small office from both ends, exactly, each as if alone."""
+    world = make_world(Office(size_m=(14.0, 10.0), rooms=6, oblique=0.0), 4)
+    lidar = Lidar(beams=360)
+    spec = MissionSpec(a=RobotSpec(lidar=lidar), b=RobotSpec(lidar=lidar))
+    rooms = sorted(world.rooms, key=lambda room: float(room.spot[0]))
+    a, b = (_walking(world, chosen, lidar) for chosen in (rooms, rooms[::-1]))
+    return MissionLog(world=world, spec=spec, seed=0, a=a, b=b)
+
+
+def _walking(world: World, rooms: list[Room], lidar: Lidar) -> RobotLog:
+    ways, caster = Ways(drivable(world)), Caster(world, lidar.height_m)
+    pilot = Pilot(Tour(ways, [(room.name, room.spot) for room in rooms]), ways, Steering(speed_m_s=0.9))
+    poses = drive_exactly([pilot], [(*rooms[0].spot, 0.0)], 200.0)[0][0][::5]  # (S, 3)
+    ranges = [caster.cast(pose, lidar.angles, lidar.max_range_m, np.empty((0, 3))).ranges for pose in poses]
+    return RobotLog(times=np.arange(len(poses)) / 4, poses=poses, odometry=poses, ranges=np.array(ranges))
+
+
 def wall_distance(world: World, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distance of points (N, 2) to the nearest edge of an obstacle that a robot cannot drive under."""
     nearest = np.full(len(points), np.inf)
@@ -63,3 +124,11 @@ def glass_world() -> World:
     pane = Prism(np.array([[4.6, 1.2], [4.62, 1.2], [4.62, 3.8], [4.6, 3.8]]), 2.5)
     crates = [Prism(np.array([[2.2, y], [2.6, y], [2.6, y + 0.4], [2.2, y + 0.4]]), 0.9) for y in (0.4, 3.0)]
     return replace(box_world(), glass=(pane,), visits=((crates[0],), (crates[1],)))
+
+
+def free_cells(robot: RobotLog, lidar: Lidar) -> set[tuple[int, ...]]:
+    """The free cells of a robot's map, in a frame that all maps share."""
+    poses, ranges = robot.poses, lidar.limit(robot.ranges)
+    grid = build_map(poses, lidar.angles, ranges, resolution=0.05, max_range_m=lidar.max_range_m)
+    points = grid.pixel_to_map(np.argwhere(grid.free)[:, ::-1])
+    return {tuple(cell) for cell in np.floor(points / 0.05).astype(int).tolist()}

@@ -78,6 +78,31 @@ def trace_scan(
                 log_odds[row, col] = min(limit, max(-limit, log_odds[row, col] + change))
 
 
+def first_seen(
+    poses: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    limits: tuple[float, float],
+    cell: float,
+    shape: tuple[int, int],
+) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
+    """For each cell, the first scan of which a ray crosses it before its end, -1 for none; and which cells are ends."""
+    since, is_hit = np.full(shape, -1, dtype=np.int32), np.zeros(shape, dtype=np.bool_)
+    for s in reversed(range(len(poses))):
+        for angle, reading in zip(angles, ranges[s], strict=True):
+            if np.isnan(reading) or reading < limits[0]:
+                continue
+            along = np.array([math.cos(poses[s, 2] + angle), math.sin(poses[s, 2] + angle)])
+            start, end = poses[s, :2] / cell, (poses[s, :2] + min(reading, limits[1]) * along) / cell
+            for row, col in cells_before_end(start, end):
+                if 0 <= row < shape[0] and 0 <= col < shape[1]:
+                    since[row, col] = s
+            row, col = cell_of(end)
+            if reading <= limits[1] and 0 <= row < shape[0] and 0 <= col < shape[1]:
+                is_hit[row, col] = True
+    return since, is_hit
+
+
 def cells_before_end(start: NDArray[np.float64], end: NDArray[np.float64]) -> set[tuple[int, int]]:
     """The cells a segment crosses but the one it ends in: cut it wherever it crosses a grid line."""
     cuts = [0.0, 1.0]

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -6,8 +8,8 @@ from hypothesis.extra.numpy import array_shapes, arrays
 
 from rectmerge.errors import SimulationError
 from sim._kernels import paths
-from sim.driving import KEEP_OFF_M, Steering, drivable, look_ahead, shortest_path
-from sim.world import World
+from sim.driving import KEEP_OFF_M, Steering, Ways, disc, drivable, look_ahead, most_gain, nearest_cell, shortest_path
+from sim.world import Prism, World
 from tests.sim import naive
 from tests.sim.made import box_world, wall_distance
 
@@ -18,6 +20,24 @@ def test_cost_to_goal_agrees_with_relaxation(price):
     price[0, 0] = 1.0
 
     assert np.allclose(paths.cost_to_goal(price, 0, 0), naive.cost_to_goal(price, 0, 0))
+
+
+@settings(deadline=None)
+@given(
+    arrays(float, (5, 6), elements=st.sampled_from([1.0, 2.5, np.inf])),
+    arrays(np.float32, (5, 6), elements=st.sampled_from([0.0, 0.5, 2.0, 4.0])),
+)
+def test_the_cell_that_pays_most_is_found_without_going_everywhere(price, pay):
+    price[0, 0] = 1.0
+    true = naive.cost_to_goal(price, 0, 0)
+    gains = np.where((pay > 0) & np.isfinite(true), true - pay, np.inf)
+
+    costs, at = most_gain(price, np.array([0.05, 0.05]), pay)
+    if not np.isfinite(gains).any():
+        assert at is None
+    else:
+        assert np.isclose(gains[at], gains.min())
+        assert np.isclose(costs[at], true[at])
 
 
 def test_a_path_leads_to_the_goal_and_keeps_off_the_walls():
@@ -37,9 +57,41 @@ def test_no_way_is_an_error_not_a_path():
         shortest_path(field, np.array([1.0, 3.0]), np.array([5.0, 3.0]))
 
 
-def test_a_world_without_room_for_a_robot_is_refused():
-    with pytest.raises(SimulationError, match="fits nowhere"):
-        drivable(World(size=(2.0, 2.0), walls=()))
+def test_a_way_keeps_off_what_is_blocked_and_is_none_where_all_is():
+    ways, start, goal = Ways(drivable(box_world())), np.array([1.0, 3.0]), np.array([5.0, 3.0])
+    stone = disc(ways.prices.shape, np.array([3.0, 3.0]), 0.5)
+
+    assert np.hypot(*(ways.path(start, goal) - [3.0, 3.0]).T).min() < 0.1
+    assert np.hypot(*(ways.path(start, goal, stone) - [3.0, 3.0]).T).min() >= 0.5
+    assert ways.path(start, goal, np.ones_like(stone)) is None
+
+
+@pytest.mark.parametrize("group", ["furniture", "glass"])
+@pytest.mark.parametrize(("bottom", "top", "is_met"), [(0.0, 0.1, True), (0.28, 0.5, True), (1.0, 1.5, False)])
+def test_a_robot_keeps_off_all_that_it_could_touch_seen_or_not(group, bottom, top, is_met):
+    box = Prism(np.array([[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]), top, bottom)
+    field = drivable(replace(box_world(), **{group: (box,)}))
+
+    assert field.is_drivable[15, 15] == (not is_met)
+
+
+@pytest.mark.parametrize(
+    ("world", "complaint"),
+    [(World(size=(2.0, 2.0), walls=()), "no floor"), (box_world(0.8, 0.7), "fits nowhere in this box")],
+)
+def test_a_world_without_room_for_a_robot_is_refused(world, complaint):
+    with pytest.raises(SimulationError, match=complaint):
+        drivable(world)
+
+
+@given(st.floats(-1, 7), st.floats(-1, 5))
+def test_the_nearest_cell_is_nearest(x, y):
+    mask = drivable(box_world()).is_drivable
+    row, col = nearest_cell(mask, np.array([x, y]))
+    away = np.hypot(np.argwhere(mask)[:, 1] * 0.1 + 0.05 - x, np.argwhere(mask)[:, 0] * 0.1 + 0.05 - y)
+
+    assert mask[row, col]
+    assert np.hypot(col * 0.1 + 0.05 - x, row * 0.1 + 0.05 - y) <= away.min() + 0.01
 
 
 @pytest.mark.parametrize(("target", "turn"), [((0.0, 1.0), 1), ((0.0, -1.0), -1), ((1.0, 0.0), 0)])

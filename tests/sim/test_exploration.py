@@ -1,11 +1,31 @@
-import numpy as np
+import itertools
+from dataclasses import replace
 
-from sim.driving import Steering, drivable
-from sim.exploration import BACK_OFF_S, MOST_BACK_OFFS, STUCK_AFTER_S, Tour, make_tour, share_rooms
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rectmerge.errors import SimulationError
+from sim.driving import Ways, drivable
+from sim.exploration import (
+    APART_M,
+    find_stops,
+    in_order,
+    keep_apart,
+    make_tour,
+    share_rooms,
+    shorten_round,
+    starts_apart,
+)
 from sim.floorplans import Office, make_world
-from tests.sim.made import box_world
+from sim.world import Prism
+from tests.sim.made import box_world, rectangle
 
 WORLD = make_world(Office(size_m=(16.0, 11.0), rooms=6), 1)
+DRIVE = drivable(WORLD)
+WAYS = Ways(DRIVE)
+BOX = drivable(box_world(6.0, 6.0))
 
 
 def test_shares_begin_at_opposite_ends_and_together_leave_no_room_out():
@@ -18,20 +38,92 @@ def test_shares_begin_at_opposite_ends_and_together_leave_no_room_out():
 
 
 def test_a_tour_stops_in_every_room():
-    start, tour = make_tour(WORLD, drivable(WORLD), WORLD.rooms, Steering(), np.random.default_rng(0))
+    stops = find_stops(DRIVE, WORLD.rooms, np.random.default_rng(0))
+    tour = make_tour(WAYS, stops, stops[2][1])
 
     assert {name for name, _ in tour.stops} == {room.name for room in WORLD.rooms}
-    assert np.allclose(start[:2], tour.stops[0][1])
+    assert np.allclose(tour.stops[0][1], stops[2][1])
 
 
-def test_a_robot_that_does_not_move_backs_off_and_in_the_end_gives_up_and_says_so():
-    world = box_world()
-    tour = Tour(drivable(world), (("room", np.array([5.0, 3.0])),), Steering())
-    pose = np.array([1.0, 1.0, 0.0])
-    long_enough = round((MOST_BACK_OFFS + 2) * (STUCK_AFTER_S + BACK_OFF_S + 1) * 10)
-    speeds = [tour.command(pose, k / 10)[0] for k in range(long_enough)]
+def test_a_tour_that_closes_its_loop_ends_at_its_start():
+    stops = find_stops(DRIVE, WORLD.rooms, np.random.default_rng(0))
+    tour = make_tour(WAYS, stops, stops[0][1], closes_loop=True)
+    for _ in stops:
+        tour.arrive()
 
-    assert min(speeds) < 0
+    assert not tour.is_done
+    assert np.hypot(*(tour.path(stops[3][1])[-1] - stops[0][1])) < 0.11
+    tour.arrive()
     assert tour.is_done
-    assert tour.note.startswith("stuck on the way to room")
-    assert tour.visited == []
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.tuples(st.floats(0.6, 5.4), st.floats(2.2, 5.4)), min_size=5, max_size=5))
+def test_a_round_is_no_longer_for_being_shortened_and_nearly_the_shortest(points):
+    ways = Ways(BOX)
+    stops = [(str(k), np.array(point)) for k, point in enumerate(points)]
+    before = in_order(ways, stops, 0)
+    after = shorten_round(ways, before)
+
+    def length(order):
+        return sum(ways.cost_m(p, q) for (_, p), (_, q) in zip(order, order[1:] + order[:1], strict=True))
+
+    assert after[0][0] == before[0][0]
+    assert {name for name, _ in after} == {name for name, _ in stops}
+    best = min(length([stops[0], *rest]) for rest in itertools.permutations(stops[1:]))
+    assert length(after) <= length(before) + 1e-6
+    assert length(after) <= 1.25 * best + 0.2
+
+
+def test_a_spot_that_something_stands_on_is_moved_and_a_room_that_is_full_left_out():
+    first, second, *others = WORLD.rooms
+    low, high = second.outline.min(axis=0), second.outline.max(axis=0)
+    crate = Prism(rectangle(*(first.spot - 0.2), *(first.spot + 0.2)), 1.0)
+    full = Prism(rectangle(*low, *high), 1.0)
+    drive = drivable(replace(WORLD, furniture=(*WORLD.furniture, crate, full)))
+    stops = find_stops(drive, (first, second, *others), np.random.default_rng(0))
+
+    assert {name for name, _ in stops} == {room.name for room in (first, *others)}
+    assert all(np.abs(spot - first.spot).max() > 0.4 for name, spot in stops if name == first.name)
+
+
+def test_rooms_that_are_not_there_or_cannot_be_entered_are_one_clear_line():
+    with pytest.raises(SimulationError, match="no rooms to tour"):
+        find_stops(DRIVE, (), np.random.default_rng(0))
+    nowhere = replace(WORLD.rooms[0], outline=WORLD.rooms[0].outline + 100, spot=WORLD.rooms[0].spot + 100)
+    with pytest.raises(SimulationError, match="none of the 1 rooms"):
+        find_stops(DRIVE, (nowhere,), np.random.default_rng(0))
+
+
+def test_a_stop_that_cannot_be_got_to_is_tried_last_and_then_left_out():
+    stops = [(name, np.array([x, 3.0])) for name, x in (("one", 1.0), ("two", 3.0), ("three", 5.0))]
+    tour = make_tour(Ways(BOX), stops, stops[0][1])
+    tour.put_off()
+    assert [name for name, _ in tour.stops] == ["two", "three", "one"]
+    tour.arrive()
+    tour.arrive()
+    tour.put_off()
+
+    assert tour.is_done
+    assert tour.visited == ["two", "three"]
+    assert tour.note == "could not get to one"
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.3, 0.7, 1.0])
+def test_starts_are_as_far_apart_as_wanted(apart):
+    def gap(share, seed):
+        return WAYS.cost_m(*starts_apart(DRIVE, WAYS, share, np.random.default_rng(seed)))
+
+    assert np.mean([gap(apart, seed) for seed in range(5)]) >= np.mean([gap(apart - 0.3, seed) for seed in range(5)])
+    assert gap(1.0, 1) > 10.0
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0.5, 5.5), st.floats(0.5, 5.5))
+def test_starts_are_kept_apart(x, y):
+    other = np.array([3.0, 4.0])
+    start = keep_apart(BOX, np.array([x, y]), other)
+
+    assert np.hypot(*(start - other)) >= APART_M - 1e-9
+    with pytest.raises(SimulationError, match="no place for a second robot"):
+        keep_apart(drivable(box_world(1.5, 1.2)), np.array([0.7, 0.6]), np.array([0.7, 0.6]))
