@@ -66,10 +66,18 @@ def drive_exactly(
     return np.array(tracks), time
 
 
+def plain_office(
+    seed: int, *, size_m: tuple[float, float] = (14.0, 10.0), rooms: int = 6, oblique: float = 0.3
+) -> World:
+    """Make an upright office that both visits find alike, without glass."""
+    spec = Office(size_m=size_m, rooms=rooms, oblique=oblique, yaw_deg=0.0, glass=0.0, shut=0.0, changed=0.0)
+    return make_world(spec, seed)
+
+
 @functools.cache
 def office_log() -> MissionLog:
     """Two robots that stand in the rooms of a small office, each in its own, with exact rays."""
-    world = make_world(Office(size_m=(14.0, 10.0), rooms=6, oblique=0.0), 4)
+    world = plain_office(4, oblique=0.0)
     lidar = Lidar(beams=720)
     spec = MissionSpec(a=RobotSpec(lidar=lidar), b=RobotSpec(lidar=lidar))
     rooms = sorted(world.rooms, key=lambda room: float(room.spot[0]))
@@ -92,7 +100,7 @@ def _standing(world: World, rooms: list[Room], lidar: Lidar) -> RobotLog:
 @functools.cache
 def walked_log() -> MissionLog:
     """Two robots that tour a small office from both ends, exactly, each as if alone."""
-    world = make_world(Office(size_m=(14.0, 10.0), rooms=6, oblique=0.0), 4)
+    world = plain_office(4, oblique=0.0)
     lidar = Lidar(beams=360)
     spec = MissionSpec(a=RobotSpec(lidar=lidar), b=RobotSpec(lidar=lidar))
     rooms = sorted(world.rooms, key=lambda room: float(room.spot[0]))

@@ -18,11 +18,10 @@ from sim.exploration import (
     shorten_round,
     starts_apart,
 )
-from sim.floorplans import Office, make_world
 from sim.world import Prism
-from tests.sim.made import box_world, rectangle
+from tests.sim.made import box_world, plain_office, rectangle
 
-WORLD = make_world(Office(size_m=(16.0, 11.0), rooms=6), 1)
+WORLD = plain_office(1, size_m=(16.0, 11.0))
 DRIVE = drivable(WORLD)
 WAYS = Ways(DRIVE)
 BOX = drivable(box_world(6.0, 6.0))

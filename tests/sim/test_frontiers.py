@@ -6,12 +6,11 @@ import pytest
 from sim.casting import Caster
 from sim.coverage import SeenFloor
 from sim.driving import Steering, Ways, drivable
-from sim.floorplans import Office, make_world
 from sim.frontiers import Frontiers
 from sim.lidar import Lidar
 from sim.piloting import Pilot
 from sim.world import World
-from tests.sim.made import box_world, corridor_world, drive_exactly, wall_distance
+from tests.sim.made import box_world, corridor_world, drive_exactly, plain_office, wall_distance
 
 
 class Scanning(Pilot):
@@ -43,7 +42,7 @@ def explore(world: World, lidar: Lidar, start: tuple[float, float], *, closes_lo
 
 @pytest.mark.parametrize("lidar", [Lidar(beams=360), Lidar(beams=240, fov_deg=240.0, max_range_m=4.0)])
 def test_a_robot_sees_all_of_a_building_that_has_no_rooms_and_then_ends(lidar):
-    office = make_world(Office(size_m=(14.0, 10.0), rooms=6), 3)
+    office = plain_office(3)
     world = replace(office, rooms=(), floor=tuple(room.outline for room in office.rooms))
     drive = drivable(world)
     start = office.rooms[0].spot

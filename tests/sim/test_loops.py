@@ -74,7 +74,7 @@ def test_the_solution_is_the_best_place_nearby(seed):
 
 def test_a_ring_walked_with_biased_wheels_closes():
     poses, ranges = ring_walk()
-    before, after = end_errors(poses, LIDAR.observe(ranges, np.random.default_rng(0)), drifted(poses, 0.001))
+    before, after = end_errors(poses, LIDAR.observe(ranges, None, np.random.default_rng(0)), drifted(poses, 0.001))
 
     assert before > 0.5
     assert after < 0.15

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import InputError, SimulationError
-from sim.floorplans import Office, make_world
 from sim.lidar import Lidar
 from sim.mission import MissionLog, MissionSpec, RobotSpec, run_mission
 from sim.world import World
 from tests.sim import naive
-from tests.sim.made import box_world, free_cells, rectangle, wall_distance
+from tests.sim.made import box_world, free_cells, plain_office, rectangle, wall_distance
 
 ROBOT = RobotSpec(scan_hz=2.0, lidar=Lidar(beams=90))
 SPEC = MissionSpec(max_seconds=25.0, a=ROBOT, b=ROBOT)
@@ -29,7 +28,7 @@ def short_mission(path: str) -> MissionLog:
 
 
 def small_office(seed: int) -> World:
-    return make_world(Office(size_m=(14.0, 10.0), rooms=6), seed)
+    return plain_office(seed)
 
 
 def digest(log: MissionLog) -> str:
@@ -123,7 +122,7 @@ def test_robots_that_close_their_loops_end_where_they_began():
 @pytest.mark.parametrize(("path", "wanted"), [("tour", 0.5), ("frontier", 0.8), ("frontier", 0.3)])
 def test_maps_have_the_wanted_overlap_within_a_twentieth(path, wanted):
     robot = RobotSpec(scan_hz=2.0, lidar=Lidar(beams=360), path=path)
-    world = make_world(Office(size_m=(20.0, 13.0), rooms=8), 2)
+    world = plain_office(2, size_m=(20.0, 13.0), rooms=8)
     log = run_mission(world, MissionSpec(a=robot, b=robot, overlap=wanted, rays="compiled", max_seconds=120.0), 0)
 
     assert overlap(log) == pytest.approx(wanted, abs=0.05)

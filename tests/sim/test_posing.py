@@ -22,7 +22,7 @@ def believed(source: str = "slam", *, seed: int = 0, walk: str = "room", **kwarg
     values = {
         "poses": poses,
         "angles": LIDAR.angles,
-        "ranges": LIDAR.observe(ranges, np.random.default_rng(seed)),
+        "ranges": LIDAR.observe(ranges, None, np.random.default_rng(seed)),
         "max_range_m": LIDAR.max_range_m,
         "rng": np.random.default_rng(seed),
         **kwargs,
@@ -68,7 +68,7 @@ def test_slam_starts_at_the_truth_and_stays_near_where_wheels_do_not(walk, loop_
 def test_what_moves_and_what_is_lost_is_survived():
     poses, ranges = room_walk()
     rng = np.random.default_rng(1)
-    seen = LIDAR.observe(ranges, rng, level=2.0)
+    seen = LIDAR.observe(ranges, None, rng, level=2.0)
     for k in range(len(seen)):  # somebody walks by, and one beam in ten ends in the air
         seen[k, (3 * k) % 160 : (3 * k) % 160 + 20] = 0.9
     seen = np.where(rng.random(seen.shape) < 0.1, seen * rng.uniform(0.5, 1.0, seen.shape), seen)
