@@ -13,13 +13,14 @@ from rectmerge.errors import SimulationError
 from sim.bullet import Physics, physics
 from sim.casting import Caster
 from sim.coverage import SeenFloor, all_cuts, least_area_m2
-from sim.driving import DriveField, Steering, Ways, cell_centre, drivable, nearest_drivable
+from sim.driving import DriveField, Ways, cell_centre, drivable, nearest_drivable
 from sim.exploration import find_stops, keep_apart, make_tour, share_rooms, starts_apart
 from sim.frontiers import Frontiers
 from sim.missionlog import FEWEST_SCANS, MissionLog, RobotLog, cut_to_overlap
 from sim.missionspec import USUAL_SHARE, MissionSpec, RobotSpec
 from sim.piloting import Guide, Pilot
 from sim.robot import Robot
+from sim.steering import Steering
 from sim.world import World
 
 __all__ = ["MissionLog", "MissionSpec", "RobotLog", "RobotSpec", "cut_to_overlap", "run_mission"]
