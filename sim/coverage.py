@@ -13,7 +13,10 @@ from sim.lidar import Lidar
 
 FINE_M = 0.05  # cells for the last word on an overlap: about those of the maps that will be made
 MOST_CUTS = 400  # a longer log is cut at as many evenly spaced scans
-TOLERANCE = 0.015  # of an overlap on cells of this module; the finished maps' overlap is then within 0.05
+TOLERANCE, WHOLE_TOLERANCE = (
+    0.015,
+    0.035,
+)  # of an overlap on cells of this module; the finished maps' overlap is then within 0.05
 LEAST_M2, LEAST_SHARE = 40.0, 0.4  # a map worth making shows so much floor, or so much of it where there is little
 
 
@@ -84,7 +87,7 @@ class Cuts:
         Parameters
         ----------
         wanted
-            The overlap, met within `TOLERANCE`.
+            The overlap, met within `TOLERANCE`, or `WHOLE_TOLERANCE` by a log that stays whole.
         least_m2
             Floor that each part must show.
         whole
@@ -95,14 +98,15 @@ class Cuts:
         Choice or None
             None where no pair of cuts will do.
         """
-        is_fit = (np.abs(self.overlaps - wanted) <= TOLERANCE) & (self.area_a >= least_m2)[:, None]
-        is_fit &= self.area_b >= least_m2
+        off = np.abs(self.overlaps - wanted)
+        is_enough = (self.area_a >= least_m2)[:, None] & (self.area_b >= least_m2)
+        kept = np.zeros_like(off)  # how many logs stay whole that had better
+        kept[-1, :] += whole[0]
+        kept[:, -1] += whole[1]
+        is_fit = is_enough & (off <= np.where(kept > 0, WHOLE_TOLERANCE, TOLERANCE))
         if not is_fit.any():
             return None
-        worth = np.where(is_fit, self.area_a[:, None] * self.area_b, 0.0)
-        most = float(self.area_a[-1] * self.area_b[-1])
-        worth[-1, :] += is_fit[-1, :] * (whole[0] * most)
-        worth[:, -1] += is_fit[:, -1] * (whole[1] * most)
+        worth = np.where(is_fit, self.area_a[:, None] * self.area_b + kept * self.area_a[-1] * self.area_b[-1], 0.0)
         last = worth.size - 1 - int(np.argmax(worth[::-1, ::-1]))
         i, j = divmod(last, worth.shape[1])
         return Choice(int(self.kept_a[i]), int(self.kept_b[j]), float(self.overlaps[i, j]), float(worth[i, j]))

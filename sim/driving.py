@@ -1,4 +1,4 @@
-"""Where a robot can drive in a world: the clearance field, spots to stand on, shortest paths and a path follower."""
+"""Where a robot can drive in a world: the clearance field, spots to stand on and shortest paths."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ ROBOT_RADIUS_M, ROBOT_HEIGHT_M = 0.2, 0.3
 KEEP_OFF_M = 0.3  # centre of the robot to the nearest obstacle, at least
 COMFORT_M = 0.6  # closer than this to an obstacle, a path costs more
 CELL_M = 0.1
-LOOK_AHEAD_M = 0.45
 OFF_THE_WAY_M = 0.5  # a robot pushed aside gets back to the drivable part over no more than this
 
 
@@ -230,61 +229,3 @@ def nearest_cell(mask: NDArray[np.bool_], point: NDArray[np.float64]) -> tuple[i
     away = np.hypot((cols + 0.5) * CELL_M - point[0], (rows + 0.5) * CELL_M - point[1])
     k = int(np.argmin(away))
     return int(rows[k]), int(cols[k])
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Steering:
-    """A follower of paths for a differential drive: turn towards a point ahead, slow down where it lies aside.
-
-    Parameters
-    ----------
-    speed_m_s, turn_rad_s
-        Limits of the forward speed and of the rate of turn.
-    """
-
-    speed_m_s: float = 0.8
-    turn_rad_s: float = 2.0
-
-    def command(self, pose: NDArray[np.float64], target: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the forward speed (m/s) and rate of turn (rad/s) that lead from a pose (x, y, yaw) to a point."""
-        away = target - pose[:2]
-        error = math.remainder(math.atan2(away[1], away[0]) - pose[2], math.tau)
-        turn = max(-self.turn_rad_s, min(self.turn_rad_s, 3.0 * error))
-        ahead = max(0.0, math.cos(error)) ** 3 if abs(error) < 1.2 else 0.0
-        return self.speed_m_s * ahead * min(1.0, float(np.hypot(*away)) / 0.4 + 0.2), turn
-
-
-def look_ahead(
-    path: NDArray[np.float64], position: NDArray[np.float64], reached: int
-) -> tuple[NDArray[np.float64], int]:
-    """Return the point of a path to steer to, and the index of the path's point nearest to the position.
-
-    `reached` is the index found before: the search never goes back and looks at the next two metres only.
-    """
-    window = path[reached : reached + 20]
-    nearest = reached + int(np.argmin(np.hypot(window[:, 0] - position[0], window[:, 1] - position[1])))
-    aim = min(len(path) - 1, nearest + max(1, round(LOOK_AHEAD_M / CELL_M)))
-    return path[aim], nearest
-
-
-class Follower:
-    """A path and how far along it a robot has come."""
-
-    def __init__(self, path: NDArray[np.float64]) -> None:
-        self._path, self._at = path, 0
-
-    @property
-    def end(self) -> NDArray[np.float64]:
-        """The last waypoint, (2,)."""
-        last: NDArray[np.float64] = self._path[-1]
-        return last
-
-    @property
-    def rest(self) -> NDArray[np.float64]:
-        """The waypoints that lie ahead, (N, 2)."""
-        return self._path[self._at :]
-
-    def target(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the point to steer to from a position."""
-        target, self._at = look_ahead(self._path, position, self._at)
-        return target

@@ -114,8 +114,13 @@ def in_order(ways: Ways, stops: Sequence[Stop], first: int) -> list[Stop]:
     left = list(stops)
     order = [left.pop(first)]
     while left:
-        order.append(left.pop(int(np.argmin([ways.cost_m(spot, order[-1][1]) for _, spot in left]))))
+        order.append(left.pop(nearest_stop(ways, left, order[-1][1])))
     return order
+
+
+def nearest_stop(ways: Ways, stops: Sequence[Stop], point: Point) -> int:
+    """Return the index of the stop to which the way from a point is shortest."""
+    return int(np.argmin([ways.cost_m(spot, point) for _, spot in stops]))
 
 
 def shorten_round(ways: Ways, stops: Sequence[Stop]) -> list[Stop]:
@@ -234,7 +239,7 @@ def make_tour(
     for part in (mine, others):
         at = order[-1][1] if order else start
         if part:
-            order += in_order(ways, part, int(np.argmin([ways.cost_m(spot, at) for _, spot in part])))
+            order += in_order(ways, part, nearest_stop(ways, part, at))
     if closes_loop:
         return Tour(ways, shorten_round(ways, order), start)
     return Tour(ways, order)

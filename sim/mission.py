@@ -13,19 +13,20 @@ from rectmerge.errors import SimulationError
 from sim.bullet import Physics, physics
 from sim.casting import Caster
 from sim.coverage import SeenFloor, all_cuts, least_area_m2
-from sim.driving import DriveField, Steering, Ways, cell_centre, drivable, nearest_drivable
-from sim.exploration import find_stops, keep_apart, make_tour, share_rooms, starts_apart
+from sim.driving import DriveField, Ways, cell_centre, drivable, nearest_drivable
+from sim.exploration import find_stops, keep_apart, make_tour, nearest_stop, share_rooms, starts_apart
 from sim.frontiers import Frontiers
 from sim.missionlog import FEWEST_SCANS, MissionLog, RobotLog, cut_to_overlap
 from sim.missionspec import USUAL_SHARE, MissionSpec, RobotSpec
 from sim.piloting import Guide, Pilot
 from sim.robot import Robot
+from sim.steering import Steering
 from sim.world import World
 
 __all__ = ["MissionLog", "MissionSpec", "RobotLog", "RobotSpec", "cut_to_overlap", "run_mission"]
 
 CONTROL_EVERY = 3  # physics steps per control step
-CHECK_EVERY_S = 3.0  # between looks at whether anything more is needed
+CHECK_EVERY_S = 1.0  # between looks at whether anything more is needed
 NO_GAIN_S, GAIN = 15.0, 1.02  # so long without better cuts to a wanted overlap that was passed ends a mission
 FAR_ENOUGH = 0.7  # starts are this times the wanted overlap nearer than as far apart as can be
 KEEPS_OFF_BELOW = 0.5  # for a smaller overlap, tours leave to the other robot what is nearer to its start
@@ -96,7 +97,7 @@ class _Mission:
         self.seen = [SeenFloor(robot.lidar, drives[0].is_drivable.shape) for robot in self.specs]
         self.starts: list[NDArray[np.float64]] = []
         self.guides = [self._tour(k, rng) if self.specs[k].path == "tour" else self._frontiers(k) for k in (0, 1)]
-        self.best, self.best_at = 0.0, 0.0
+        self.best, self.best_at, self.was_below = 0.0, 0.0, False
         self.clock = _Clock()
 
     def _tour(self, k: int, rng: np.random.Generator) -> Guide:
@@ -105,9 +106,8 @@ class _Mission:
             share = USUAL_SHARE if robot.share is None else robot.share
             rooms = share_rooms(self.world, share, from_left=self.a_is_left == (k == 0))
         stops = find_stops(self.drives[k], rooms, rng)
-        points = np.array([spot for _, spot in stops])
-        first = 0 if self.spec.overlap is None else int(np.argmin(np.hypot(*(points - self.spots[k]).T)))
-        start = self._start(k, points[first])
+        first = 0 if self.spec.overlap is None else nearest_stop(self.ways[k], stops, self.spots[k])
+        start = self._start(k, stops[first][1])
         keeps_off = self.spec.overlap is not None and self.spec.overlap < KEEPS_OFF_BELOW
         rival = self.spots[1 - k] if keeps_off else None
         return make_tour(self.ways[k], stops, start, closes_loop=robot.closes_loop, rival=rival)
@@ -188,14 +188,23 @@ class _Mission:
                 robot.pilot.replan()
 
     def _is_met(self, overlap: float, now: float) -> bool:
-        """Whether the wanted overlap has been passed, and cuts to it have not gained for a while."""
+        """Whether the wanted overlap has been passed and cuts to it have not gained for a while.
+
+        Robots that close their loops go home as soon as it is reached, so that they have it when they are there.
+        """
         if min(seen.scans for seen in self.seen) < FEWEST_SCANS:
             return False
         cuts = all_cuts(*self.seen, fewest=FEWEST_SCANS)
-        choice = cuts.choose(overlap, least_m2=least_area_m2(self.drives[0].is_drivable))
+        is_passed = bool(cuts.overlaps[-1, -1] > overlap)
+        self.was_below |= not is_passed
+        least = least_area_m2(self.drives[0].is_drivable)
+        is_enough = min(cuts.area_a[-1], cuts.area_b[-1]) >= least
+        if self.was_below and is_passed and is_enough and (self.spec.a.closes_loop or self.spec.b.closes_loop):
+            return True
+        choice = cuts.choose(overlap, least_m2=least)
         if choice is not None and choice.worth > GAIN * self.best:
             self.best, self.best_at = choice.worth, now
-        return self.best > 0 and cuts.overlaps[-1, -1] > overlap and now - self.best_at >= NO_GAIN_S
+        return self.best > 0 and is_passed and now - self.best_at >= NO_GAIN_S
 
     def better_apart(self) -> float | None:
         """Tell how far apart to start next time: further where the maps had too much in common, nearer otherwise."""

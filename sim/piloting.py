@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.avoidance import BERTH_M, NEAR_M, find_refuge, is_in_the_way
-from sim.driving import Follower, Steering, Ways, disc
+from sim.driving import Ways, disc
+from sim.steering import Follower, Steering
 
 ARRIVED_M = 0.25
 STUCK_AFTER_S, STUCK_WITHIN_M = 6.0, 0.08

@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.casting import Caster
-from sim.driving import Steering, Ways, drivable
+from sim.driving import Ways, drivable
 from sim.exploration import Tour
 from sim.floorplans import Office, make_world
 from sim.lidar import Lidar
 from sim.mapping import build_map
 from sim.mission import MissionLog, MissionSpec, RobotLog, RobotSpec
 from sim.piloting import Pilot
+from sim.steering import Steering
 from sim.world import SCAN_HEIGHT_M, Prism, Room, World, bar
 from tests.sim import naive
 

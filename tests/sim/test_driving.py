@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 
 from rectmerge.errors import SimulationError
 from sim._kernels import paths
-from sim.driving import KEEP_OFF_M, Steering, Ways, disc, drivable, look_ahead, most_gain, nearest_cell, shortest_path
+from sim.driving import KEEP_OFF_M, Ways, disc, drivable, most_gain, nearest_cell, shortest_path
 from sim.world import Prism, World
 from tests.sim import naive
 from tests.sim.made import box_world, wall_distance
@@ -92,20 +92,3 @@ def test_the_nearest_cell_is_nearest(x, y):
 
     assert mask[row, col]
     assert np.hypot(col * 0.1 + 0.05 - x, row * 0.1 + 0.05 - y) <= away.min() + 0.01
-
-
-@pytest.mark.parametrize(("target", "turn"), [((0.0, 1.0), 1), ((0.0, -1.0), -1), ((1.0, 0.0), 0)])
-def test_steering_turns_towards_the_target(target, turn):
-    speed, rate = Steering().command(np.zeros(3), np.array(target))
-
-    assert np.sign(rate) == turn
-    assert (speed > 0) == (turn == 0)
-
-
-def test_look_ahead_never_goes_back():
-    path = np.stack([np.arange(50) * 0.1, np.zeros(50)], axis=-1)
-
-    aim, nearest = look_ahead(path, np.array([1.0, 0.2]), 8)
-    assert nearest == 10
-    assert aim[0] > 1.2
-    assert look_ahead(path, np.array([0.0, 0.0]), 8)[1] == 8

@@ -5,10 +5,11 @@ import pytest
 
 from sim.casting import Caster
 from sim.coverage import SeenFloor
-from sim.driving import Steering, Ways, drivable
+from sim.driving import Ways, drivable
 from sim.frontiers import Frontiers
 from sim.lidar import Lidar
 from sim.piloting import Pilot
+from sim.steering import Steering
 from sim.world import World
 from tests.sim.made import box_world, corridor_world, drive_exactly, plain_office, wall_distance
 
