@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,10 +14,11 @@ import typer
 from rectmerge import console
 from rectmerge.console import Debug, Quiet, Version
 from rectmerge.errors import InputError
+from scenarios.terminal import progress, summary_table, table, told_of_rows
 
 if TYPE_CHECKING:
     from scenarios.pairs import PairSource
-    from scenarios.rows import Contender, Row
+    from scenarios.rows import Contender
 
 app = typer.Typer(
     help="Benchmark map merging on simulated and real pairs with known truth.",
@@ -26,12 +26,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-LEGEND = """
-right: accepted and right, k (rate, 95 % interval by place). wrong: accepted
-though wrong; of unrelated pairs, false merges. unsure: ambiguous, with / without
-the truth among the first five. no: rejected. fail: error, timeout, out of memory.
-e: median error in cells of A over all n, a row without candidate counting as
-worst; e right: of those right. bent pairs are in the other strata too."""
 
 
 @app.callback()
@@ -71,7 +65,7 @@ def run(
     if as_json:
         typer.echo(to_json(summary))
     else:
-        _show_summary(summary)
+        typer.echo(summary_table(summary))
         typer.echo(f"written: {output}")
 
 
@@ -91,7 +85,7 @@ def demo(
     from scenarios.demo import run_demo
 
     shown = run_demo(output, force=force, say=(lambda line: None) if quiet else console.say)
-    _show_table(*shown.table())
+    typer.echo(table(*shown.table()))
     typer.echo(f"pictures: {output / 'demo.png'} and {len(shown.pictures) - 1} more in {output}")
     typer.echo(f"the mission's data: {output / 'mission'}")
 
@@ -129,8 +123,37 @@ def results(
     from scenarios.results import Plan, write_results
 
     plan = Plan.of(maps)
-    with _progress(plan.rows, quiet) as on_rows:
-        write_results(plan, output, force=force, on_rows=on_rows)
+    with progress(plan.rows, quiet) as advance:
+        write_results(plan, output, force=force, on_rows=told_of_rows(advance))
+    typer.echo(f"written: {output}")
+
+
+@app.command()
+def realism(
+    maps: Annotated[
+        Path, typer.Argument(metavar="MAPS", help="The folder that holds the data sets real_maps and real_lasers.")
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the page and the contact sheet.")
+    ],
+    pairs: Annotated[int, typer.Option(min=1, help="Missions to run, one pair each.")] = 200,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier page in the folder.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Simulate pairs of every kind and set what they are like beside real pairs: README.md and sheet.png."""
+    from scenarios.executors import local_workers
+    from scenarios.realism import Finding, write_realism
+
+    with local_workers(workers) as executor, progress(pairs, quiet) as advance:
+
+        def on_done(finding: Finding) -> None:
+            advance(1, finding.kind)
+
+        write_realism(
+            maps, output, pairs=pairs, executor=executor, force=force, on_done=on_done, command=_command()
+        )  # fmt: skip
     typer.echo(f"written: {output}")
 
 
@@ -144,7 +167,7 @@ def suites(quiet: Quiet = False, debug: Debug = False) -> None:
         suite = load_suite(name)
         pairs = sum(len(source.pair_ids) for source in suite.sources())
         rows.append([name, str(pairs), ", ".join(entry.label for entry in suite.methods) or "-", suite.title])
-    _show_table(["suite", "pairs", "methods", "what"], rows)
+    typer.echo(table(["suite", "pairs", "methods", "what"], rows))
 
 
 @app.command()
@@ -210,88 +233,19 @@ def _contest(target: str, methods: Sequence[str], settings: Sequence[str]) -> _C
 def _run(contest: _Contest, output: Path, *, seed: int, workers: int, force: bool, quiet: bool) -> dict[str, Any]:
     """Run a contest with progress, and stop the workers in the middle of it where it is interrupted."""
     from scenarios import bench
-    from scenarios.executors import Workers
+    from scenarios.executors import local_workers
 
-    executor = Workers(workers) if workers > 1 else None
-    done = False
-    try:
-        total = sum(len(source.pair_ids) for source in contest.sources) * len(contest.contenders)
-        with _progress(total, quiet) as on_rows:
-            summary = bench.run(
-                contest.sources,
-                contest.contenders,
-                output,
-                suite=contest.name,
-                seed=seed,
-                executor=executor,
-                force=force,
-                about={**contest.about, "workers": workers},
-                command=_command(),
-                on_rows=on_rows,
-            )
-        done = True
-        return summary
-    finally:
-        if executor:
-            executor.shutdown(wait=done)
-
-
-@contextmanager
-def _progress(total: int, quiet: bool) -> Iterator[Callable[[Sequence[Row]], None]]:
-    """Show on stderr how many rows are done, how many are right so far, and when the rest will be."""
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    times = (TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
-    with Progress(*columns, *times, console=Console(stderr=True), disable=quiet) as progress:
-        task = progress.add_task("starting", total=total)
-        right = 0
-
-        def on_rows(rows: Sequence[Row]) -> None:
-            nonlocal right
-            right += sum(row["outcome"] == "right-accepted" for row in rows)
-            progress.update(task, advance=len(rows), description=f"{right} right")
-
-        yield on_rows
-
-
-def _show_summary(summary: Mapping[str, Any]) -> None:
-    """Print one line per method and stratum."""
-    rows = []
-    for method, strata in summary["methods"].items():
-        rows.append([method])
-        rows += [[f"  {name}", *_cells(name, part)] for name, part in strata.items()]
-    _show_table(["", "n", "right", "wrong", "unsure", "no", "fail", "e", "e right", "s"], rows)
-    typer.echo(LEGEND)
-
-
-def _cells(stratum: str, part: Mapping[str, Any]) -> list[str]:
-    outcomes, right = part["outcomes"], part["right_accepted"]
-    rate = f"{100 * right['rate']:.0f} %, {100 * right['low']:.0f}-{100 * right['high']:.0f}"
-    failed = sum(outcomes.get(name, 0) for name in ("error", "timeout", "out-of-memory"))
-    return [
-        str(part["n"]),
-        "-" if stratum == "unrelated" else f"{right['k']} ({rate})",
-        str(outcomes.get("wrong-accepted", 0)),
-        f"{outcomes.get('ambiguous-with-truth', 0)} / {outcomes.get('ambiguous-without-truth', 0)}",
-        str(outcomes.get("rejected", 0)),
-        str(failed),
-        *("-" if part[key] is None else f"{part[key]:.2f}" for key in ("median_e_px", "median_e_px_right")),
-        "-" if part["median_wall_s"] is None else f"{part['median_wall_s']:.2f}",
-    ]
-
-
-def _show_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table as plain text, the same on a terminal and in a file."""
-    full = [heads, *([*row, *[""] * (len(heads) - len(row))] for row in rows)]
-    widths = [max(len(row[column]) for row in full) for column in range(len(heads))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in full]
-    typer.echo("\n".join([lines[0], "-" * max(map(len, lines)), *lines[1:]]))
+    total = sum(len(source.pair_ids) for source in contest.sources) * len(contest.contenders)
+    with local_workers(workers) as executor, progress(total, quiet) as advance:
+        return bench.run(
+            contest.sources,
+            contest.contenders,
+            output,
+            suite=contest.name,
+            seed=seed,
+            executor=executor,
+            force=force,
+            about={**contest.about, "workers": workers},
+            command=_command(),
+            on_rows=told_of_rows(advance),
+        )

@@ -87,6 +87,19 @@ class Workers(Executor):
         return result
 
 
+@contextmanager
+def local_workers(count: int) -> Iterator[Executor | None]:
+    """Open worker processes, None for one; where the body fails they stop in the middle of what they do."""
+    executor = Workers(count) if count > 1 else None
+    done = False
+    try:
+        yield executor
+        done = True
+    finally:
+        if executor:
+            executor.shutdown(wait=done)
+
+
 class _Worker:
     """One process and the pipe to it."""
 

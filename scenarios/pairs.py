@@ -146,6 +146,7 @@ def _info(
         "mission_seed": log.seed,
         "seed": seed,
         "noise": noise,
+        "discarded": len(log.discarded),
         "pose_source": "/".join(dict.fromkeys(spec.poses for spec in specs.values())),
     }
     for name, robot in (("a", log.a), ("b", log.b)):

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from rectmerge.errors import InputError
 from rectmerge.grid import UNKNOWN, OccupancyGrid
 from rectmerge.similarity import Similarity
-from scenarios.corruption import damage, noise_strength
+from scenarios.corruption import Damaged, check_damages, corrupt, damage, noise_strength
 from scenarios.corruption.geometry import Size, turn_image
 from sim.lidar import Lidar
 from sim.mapping import HIT, LIMIT, MISS, build_map
@@ -49,6 +49,9 @@ class MapSpec:
         Whether the robot bends its path straight when it knows a place again. Only with poses = "slam".
     slam
         How the robot estimates its poses, and how wrong its wheels are; says nothing with poses = "truth".
+    corruption
+        Damage done to the map on top of its noise, as (kind, strength) in order: see `scenarios.corruption.corrupt`.
+        The truth follows what moves.
     hit, miss
         Log-odds that a hit adds to its cell, and that a ray takes away from each cell it passes.
 
@@ -67,6 +70,7 @@ class MapSpec:
     poses: PoseSource = "truth"
     loop_closure: bool = False
     slam: Slam = field(default_factory=Slam)
+    corruption: tuple[tuple[str, float], ...] = ()
     hit: float = HIT
     miss: float = MISS
 
@@ -79,6 +83,7 @@ class MapSpec:
             raise InputError(f'turn must be "frame" or "image", got {self.turn!r}')
         if self.poses not in get_args(PoseSource):
             raise InputError(f"poses must be one of {', '.join(get_args(PoseSource))}, got {self.poses!r}")
+        check_damages(self.corruption)
         if self.loop_closure and self.poses != "slam":
             raise InputError(f'loop_closure needs poses = "slam", got {self.poses!r}')
         for name, odds in (("hit", self.hit), ("miss", self.miss)):
@@ -107,13 +112,18 @@ class PlacedMap:
     turn_deg: float
     poses: NDArray[np.float64]
     true_poses: NDArray[np.float64]
-    _upright: OccupancyGrid
+    _built: OccupancyGrid
+    _damaged: Damaged
+    _upright: OccupancyGrid  # damaged and cropped
     _frame: Similarity  # from the map frame to the world
     _turned: Similarity  # from the upright map's pixels to the grid's
 
     def world_to_pixel(self, points: ArrayLike) -> NDArray[np.float64]:
         """Take world points (x, y), shape (..., 2), metres, to pixels (u, v) of the map, as if no pose were wrong."""
-        return self._turned.apply(self._upright.map_to_pixel(self._frame.inverse().apply(points)))
+        at = self._frame.inverse().apply(points)
+        if self._damaged.motions:
+            at = self._damaged.grid.pixel_to_map(self._damaged.moved(self._built.map_to_pixel(at)))
+        return self._turned.apply(self._upright.map_to_pixel(at))
 
     def shown_at(self, points: NDArray[np.float64], scans: NDArray[np.int64]) -> NDArray[np.float64]:
         """Take world points, shape (N, 2), metres, to the pixels where certain scans, shape (N,), put them.
@@ -157,15 +167,16 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
     seed
         Of the turn, the grid's phase and the wheels, which do not depend on the noise level, and of the noise.
     """
-    of_frame, of_scans, of_cells, of_poses = (np.random.default_rng(child) for child in seed.spawn(4))
+    of_frame, of_scans, of_cells, of_poses, of_more = (np.random.default_rng(child) for child in seed.spawn(5))
     drawn, phase = of_frame.uniform(-180.0, 180.0), of_frame.uniform(0.0, spec.resolution, 2)
     turn_deg = drawn if spec.turn_deg == "random" else float(spec.turn_deg)
     yaw = -math.radians(turn_deg) if spec.turn == "frame" else 0.0
     frame = (float(log.poses[0, 0] + phase[0]), float(log.poses[0, 1] + phase[1]), yaw)  # about where the robot started
     strength = noise_strength(noise)
     ranges = lidar.observe(log.ranges, log.glass, of_scans, level=strength) if strength else lidar.limit(log.ranges)
-    poses, upright = _laid_down(log, lidar, spec, ranges, frame, of_poses)
-    upright = damage(upright, noise, of_cells)
+    poses, built = _laid_down(log, lidar, spec, ranges, frame, of_poses)
+    damaged = corrupt(damage(built, noise, of_cells), spec.corruption, seed=int(of_more.integers(1 << 62)))
+    upright = damaged.grid
     if spec.extent_cells is not None:
         upright = crop_to_known(upright, spec.extent_cells)
     grid, turned = upright, Similarity()
@@ -178,6 +189,8 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
         turn_deg=turn_deg,
         poses=poses,
         true_poses=log.poses,
+        _built=built,
+        _damaged=damaged,
         _upright=upright,
         _frame=Similarity(1.0, frame[2], frame[0], frame[1]),
         _turned=turned,

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import RectMergeError, SimulationError
-from rectmerge.imagefile import encode_image, replace_file
+from rectmerge.imagefile import replace_file
 from rectmerge.quality import measure_quality
-from scenarios.contactsheet import contact_sheet
+from scenarios.bench import cleared_folder
+from scenarios.contactsheet import contact_sheet, paletted_png
 from scenarios.dataset import open_dataset
 from scenarios.executors import WorkerDiedError, completed, describe_machine, peak_memory_mb
 from scenarios.pairs import MapPair
@@ -69,6 +70,7 @@ def write_realism(
     *,
     pairs: int = 200,
     executor: Executor | None = None,
+    force: bool = False,
     on_done: Callable[[Finding], None] = lambda finding: None,
     command: str = "",
 ) -> None:
@@ -84,11 +86,14 @@ def write_realism(
         Missions to run, one pair each, by estimated poses.
     executor
         Where missions are run; None is this process.
+    force
+        Replace an earlier page.
     on_done
         Told of each finding on a simulated pair.
     command
         What was typed, for the record.
     """
+    folder = cleared_folder(out, (PAGE, SHEET), force=force)
     real = {name: real_findings(Path(maps) / name) for name in ("real_maps", "real_lasers")}
     simulated = []
     for source, future in completed(executor, examine, draw_sources(pairs)):
@@ -97,9 +102,7 @@ def write_realism(
         except WorkerDiedError as death:
             simulated.append(Finding(kind=source.scenario.world.family, failure=str(death), is_crash=True))
         on_done(simulated[-1])
-    folder = Path(out)
-    folder.mkdir(parents=True, exist_ok=True)
-    replace_file(folder / SHEET, encode_image(contact_sheet(), ".png"))
+    replace_file(folder / SHEET, paletted_png(contact_sheet()))
     replace_file(folder / PAGE, page(simulated, real, describe_machine(command)).encode())
 
 

@@ -13,15 +13,17 @@ import cattrs
 import numpy as np
 from cattrs.gen import make_dict_structure_fn
 
-from rectmerge.errors import InputError, ScenarioError
+from rectmerge.errors import InputError, ScenarioError, SimulationError
 from scenarios.corruption import NOISE_LEVELS
 from scenarios.pairs import MapPair, make_pair
 from scenarios.placement import MapSpec
 from sim.floorplans import FAMILIES, Office, WorldSpec, make_world
 from sim.lidar import Lidar, lidar_named
-from sim.mission import MissionLog, MissionSpec, run_mission
+from sim.mission import MissionLog, MissionSpec, cut_to_overlap, run_mission
 
 SUITES = Path(__file__).parent / "suites"
+OVERLAP_WITHIN = 0.05  # of a wanted overlap
+CUTS = 4  # of a log, at the most, until its finished maps have the wanted overlap
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,13 +113,39 @@ class MissionSource:
         return run_mission(world, self.scenario.mission, self._seed("mission"))
 
     def pairs_of(self, log: MissionLog) -> Iterator[MapPair]:
-        """Make the pairs of a mission that has been run."""
+        """Make the pairs of a mission that has been run.
+
+        Noise and wrong poses change what a map shows: where a wanted overlap is missed by more than 0.05, the logs are
+        cut anew for a little more or less.
+
+        Raises
+        ------
+        SimulationError
+            If no cut gives finished maps of the wanted overlap; the message says what they have.
+        """
         for noise, pair_id in zip(self.scenario.noise, self.pair_ids, strict=True):
-            place = f"{self.suite}/{self.source_id}"
-            specs = self.scenario.a, self.scenario.b
-            yield make_pair(
-                log, *specs, self._seed("pair"), noise=noise, pair_id=pair_id, suite=self.suite, place=place
-            )
+            pair = self._pair(log, noise, pair_id)
+            wanted = self.scenario.mission.overlap
+            yield pair if wanted is None or log.whole is None else self._recut(log.whole, wanted, pair, noise)
+
+    def _recut(self, whole: MissionLog, wanted: float, pair: MapPair, noise: int) -> MapPair:
+        aim = wanted
+        for _ in range(CUTS):
+            if _is_met(pair, wanted):
+                return pair
+            aim = min(1.0, max(0.1, aim + wanted - (pair.overlap or 0.0)))
+            try:
+                pair = self._pair(cut_to_overlap(whole, aim), noise, pair.pair_id)
+            except SimulationError:  # the logs hold no such cut
+                break
+        shown = "too little in common" if pair.overlap is None else f"an overlap of {pair.overlap:.2f}"
+        if not _is_met(pair, wanted):
+            raise SimulationError(f"{pair.pair_id}: the finished maps have {shown}, wanted was {wanted:.2f}")
+        return pair
+
+    def _pair(self, log: MissionLog, noise: int, pair_id: str) -> MapPair:
+        specs, place = (self.scenario.a, self.scenario.b), f"{self.suite}/{self.source_id}"
+        return make_pair(log, *specs, self._seed("pair"), noise=noise, pair_id=pair_id, suite=self.suite, place=place)
 
     def pairs(self) -> Iterator[MapPair]:
         """Run the mission and make its pairs."""
@@ -127,6 +155,10 @@ class MissionSource:
         """Derive a seed that scenarios and purposes do not share."""
         key = tuple(zlib.crc32(text.encode()) for text in (self.scenario.name, purpose))
         return int(np.random.SeedSequence(self.seed, spawn_key=key).generate_state(1)[0])
+
+
+def _is_met(pair: MapPair, wanted: float) -> bool:
+    return pair.overlap is not None and abs(pair.overlap - wanted) <= OVERLAP_WITHIN
 
 
 def suite_names() -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from sim.missionspec import MissionSpec, RobotSpec
 from sim.posing import PoseSource, Slam
 
 SUITE = "worlds"
+HAND_HELD = 0.35  # share of pairs as a depth sensor carried by hand makes them: bent, stretched, with fat walls
 MOST_BEAMS = 720  # of a scanner that has more, every second or later one is kept
 
 
@@ -43,15 +44,16 @@ def _draw(k: int, seed: int, poses: PoseSource) -> MissionSource:
         max_seconds=float(rng.uniform(90.0, 200.0)),
         overlap=float(rng.uniform(0.2, 1.0)),
     )
-    fine = float(rng.uniform(0.02, 0.06))
+    is_hand_held = rng.random() < HAND_HELD
+    fine = float(rng.uniform(0.02, 0.04) if is_hand_held else rng.uniform(0.03, 0.09))
     scenario = Scenario(
         name=f"{kind.family}-{k:03d}",
         seeds=Seeds(first=seed),
-        noise=(int(rng.choice([0, 1, 2], p=[0.3, 0.5, 0.2])),),
+        noise=(int(rng.choice([0, 1, 2], p=[0.4, 0.4, 0.2])),),
         world=kind(),
         mission=mission,
-        a=_map(rng, fine, poses),
-        b=_map(rng, fine * math.exp(rng.uniform(math.log(0.7), math.log(1.5))), poses),
+        a=_map(rng, fine, poses, is_hand_held),
+        b=_map(rng, fine * math.exp(rng.uniform(math.log(0.7), math.log(1.5))), poses, is_hand_held),
     )
     return MissionSource(SUITE, scenario, seed)
 
@@ -69,11 +71,21 @@ def _robot(rng: np.random.Generator) -> RobotSpec:
     )
 
 
-def _map(rng: np.random.Generator, resolution: float, poses: PoseSource) -> MapSpec:
+def _map(rng: np.random.Generator, resolution: float, poses: PoseSource, is_hand_held: bool) -> MapSpec:
     slam = Slam(
         resolution_m=float(rng.uniform(0.03, 0.1)),
         key_distance_m=float(rng.uniform(0.2, 1.2)),
         beams=int(rng.choice([30, 60, 180])),
         wheel_level=math.exp(rng.uniform(math.log(0.5), math.log(8.0))),
     )
-    return MapSpec(resolution=resolution, turn_deg="random", poses=poses, slam=slam)
+    stretch, bend = ("stretch", float(rng.uniform(-3.0, 3.0))), ("bend", float(rng.uniform(0.0, 1.5)))
+    corruption = (stretch, bend, ("dilation", float(rng.integers(1, 3)))) if is_hand_held else ()
+    return MapSpec(
+        resolution=resolution,
+        turn_deg="random",
+        poses=poses,
+        slam=slam,
+        corruption=corruption,
+        hit=float(rng.uniform(0.4, 1.1)),
+        miss=float(rng.uniform(0.3, 0.8)),
+    )

@@ -113,6 +113,8 @@ class MissionLog:
         Both robots' logs.
     discarded
         Why each earlier try was discarded, in order.
+    whole
+        Of a mission that was cut to an overlap, the log as it was before; not saved.
     seconds
         Real seconds by stage, for benches; neither saved nor compared.
     """
@@ -123,6 +125,7 @@ class MissionLog:
     a: RobotLog
     b: RobotLog
     discarded: tuple[str, ...] = ()
+    whole: MissionLog | None = None
     seconds: Mapping[str, float] = field(default_factory=dict)
 
     def save(self, path: Path) -> None:
@@ -193,7 +196,8 @@ def cut_to_overlap(log: MissionLog, wanted: float) -> MissionLog:
         areas = f"maps of {cuts.area_a[-1]:.0f} and {cuts.area_b[-1]:.0f} m2"
         raise SimulationError(f"an overlap of {wanted:g} is out of reach: {areas} {what}")
     ends = log.a.times[choice.scans_a - 1], log.b.times[choice.scans_b - 1]
-    return replace(log, a=log.a.until(float(ends[0])), b=log.b.until(float(ends[1])))
+    a, b = (robot.until(float(end)) for robot, end in zip((log.a, log.b), ends, strict=True))
+    return replace(log, a=a, b=b, whole=log.whole or log)
 
 
 def _read_robot(data: Any, name: str, head: dict[str, Any]) -> RobotLog:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rectmerge.grid import UNKNOWN, OccupancyGrid
 from rectmerge.similarity import Similarity
-from scenarios.corruption.motions import Damaged, Kink, Points, Waves
+from scenarios.corruption.motions import Damaged, Kink, Points, Stretch, Waves
 
 Size = tuple[int, int]
 MIDDLE = (0.3, 0.7)  # a kink leaves at least about this share of the known cells on either side
@@ -46,6 +46,33 @@ def bend(grid: OccupancyGrid, degrees: float, rng: np.random.Generator) -> Damag
     low, (height, width) = np.array([-margin, -margin]), grid.shape
     old = waves.undo(_centres((width + 2 * margin, height + 2 * margin), low))
     return Damaged(_onto(grid, _taken(grid, old), low), (waves, _shift(-low)))
+
+
+def stretch(grid: OccupancyGrid, percent: float, rng: np.random.Generator) -> Damaged:
+    """Stretch a map along one direction, as wheels do that are wrong by a factor in corridors of one direction.
+
+    Parameters
+    ----------
+    grid
+        The map.
+    percent
+        How much longer it gets along the direction; negative makes it shorter.
+    rng
+        Of the direction.
+
+    Returns
+    -------
+    Damaged
+        The image grows so that nothing is lost.
+    """
+    angle = rng.uniform(0, math.pi)
+    along = np.array([math.cos(angle), math.sin(angle)])
+    size = np.array(grid.shape[::-1])
+    how = Stretch((size - 1) / 2, np.eye(2) + percent / 100 * np.outer(along, along))
+    margin = math.ceil(abs(percent) / 100 * math.hypot(*size) / 2)
+    low = np.array([-margin, -margin])
+    old = how.undo(_centres(size + 2 * margin, low))
+    return Damaged(_onto(grid, _taken(grid, old), low), (how, _shift(-low)))
 
 
 def kink(grid: OccupancyGrid, degrees: float, rng: np.random.Generator) -> Damaged:

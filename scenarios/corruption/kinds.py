@@ -46,6 +46,7 @@ KINDS = {
     "erosion": Kind("cells off every side of the walls", 0, 20, lambda grid, r, _: cells.erosion(grid, r)),
     "dilation": Kind("cells onto every side of the walls", 0, 20, lambda grid, r, _: cells.dilation(grid, r)),
     "bend": Kind("degrees, where a wall turns most", 0, 10, geometry.bend),
+    "stretch": Kind("percent longer along one direction", -20, 20, geometry.stretch),
     "kink": Kind("degrees, what lies beyond a line, counter-clockwise", -45, 45, geometry.kink),
     "resample": Kind("new cells per old cell along a side", 0.1, 10, lambda grid, f, _: geometry.resample(grid, f)),
     "turn": Kind("degrees, the whole image, counter-clockwise", -360, 360, _turned),
@@ -71,6 +72,7 @@ def corrupt(grid: OccupancyGrid, damages: Iterable[tuple[str, float]], *, seed: 
         blobs                discs of 2 to 5 cells radius, occupied or unknown, per 10,000 known cells
         erosion, dilation    cells taken off, or added to, every side of the walls; walls thin enough vanish
         bend                 degrees that a wall turns where it turns most; smooth, as a drifting heading bends
+        stretch              percent that the map is longer along one direction
         kink                 degrees that everything beyond a line turns; torn, as a lost heading bends
         resample             new cells per old cell along a side
         turn                 degrees that the whole image turns, counter-clockwise to the eye
@@ -104,6 +106,12 @@ def corrupt(grid: OccupancyGrid, damages: Iterable[tuple[str, float]], *, seed: 
         result = kind.do(done.grid, strength, np.random.default_rng(stream))
         done = done.then(result if isinstance(result, Damaged) else Damaged(result))
     return done
+
+
+def check_damages(damages: Iterable[tuple[str, float]]) -> None:
+    """Refuse kinds that there are not, and strengths that are not allowed, as `corrupt` does."""
+    for name, strength in damages:
+        _kind(name, strength)
 
 
 def _kind(name: str, strength: float) -> Kind:

@@ -108,3 +108,29 @@ class Kink:
         """Take pixels of the old image to those of the new one."""
         at = np.asarray(points, dtype=np.float64)
         return np.where(self.is_beyond(at)[..., None], self.turn.apply(at), at)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """Everything is further apart along one direction, about a point.
+
+    Parameters
+    ----------
+    about
+        The point, shape (2,), pixels.
+    matrix
+        Shape (2, 2): takes arms from the point, as columns, to what they become.
+    """
+
+    about: Points
+    matrix: Points
+
+    def undo(self, points: ArrayLike) -> Points:
+        """Take pixels of the new image to those of the old one: the index map."""
+        at = np.asarray(points, dtype=np.float64)
+        return self.about + (at - self.about) @ np.linalg.inv(self.matrix).T
+
+    def apply(self, points: ArrayLike) -> Points:
+        """Take pixels of the old image to those of the new one."""
+        at = np.asarray(points, dtype=np.float64)
+        return self.about + (at - self.about) @ self.matrix.T

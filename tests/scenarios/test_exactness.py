@@ -8,6 +8,8 @@ from scenarios.pairs import make_pair
 from scenarios.placement import MapSpec
 from scenarios.scenario import load_suite
 from scenarios.truth import known_extent
+from sim.floorplans import FAMILIES, make_world
+from sim.mission import MissionSpec, RobotSpec, run_mission
 from sim.missionlog import MissionLog
 from tests.scenarios.exactness import raster_shift_cells, wall_offset_px
 from tests.sim.made import office_log
@@ -55,3 +57,18 @@ def test_maps_by_the_robots_own_poses_have_a_truth_that_fits_them_as_far_as_they
     assert 0.0 < pair.info["ate_a_m"] < 0.5
     assert pair.info["bent"] == (pair.residual_px > 0.015 * known_extent(pair.a))
     assert wall_offset_px(pair) < 1.2
+
+
+@pytest.mark.sim
+@pytest.mark.slow
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_family_gives_exact_maps_and_exact_truth(family):
+    world = make_world(FAMILIES[family](), 1)
+    robot = RobotSpec(scan_hz=5.0, share=0.8)
+    log = run_mission(world, MissionSpec(a=robot, b=robot, max_seconds=90.0), 1)
+
+    for visit in (0, 1):
+        assert np.abs(raster_shift_cells(log, visit)).max() < 0.5
+    for turn in ("frame", "image"):
+        spec_b = MapSpec(resolution=0.06, turn_deg=33.0, turn=turn)
+        assert wall_offset_px(make_pair(log, MapSpec(), spec_b, 4, noise=1)) < 0.7

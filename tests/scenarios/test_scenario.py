@@ -208,3 +208,22 @@ def test_headline_maps_have_the_papers_canvases_and_scale():
     assert (pair.a.shape, pair.b.shape) == ((317, 361), (393, 393))
     assert pair.pixels.scale == pytest.approx(1.1875)
     assert math.degrees(pair.pixels.angle) % 360 == pytest.approx(225 - 27)
+
+
+@pytest.mark.sim
+@pytest.mark.parametrize(("wanted", "damage"), [(0.5, ""), (0.35, 'poses = "slam", corruption = [["dilation", 1]]')])
+def test_finished_maps_have_the_overlap_that_a_suite_asks_for(tmp_path, wanted, damage):
+    suite = f"""
+title = "One"
+[[scenarios]]
+name = "one"
+noise = [0, 2]
+world = {{ size_m = [20.0, 13.0], rooms = 8 }}
+mission = {{ overlap = {wanted}, max_seconds = 120.0, rays = "compiled" }}
+a = {{ {damage} }}
+"""
+    (source,) = load_suite(written(tmp_path, suite)).sources()
+
+    for pair in source.pairs():
+        assert pair.overlap == pytest.approx(wanted, abs=0.05)
+        assert pair.info["discarded"] >= 0

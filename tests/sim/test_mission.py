@@ -71,7 +71,8 @@ def test_the_log_keeps_true_ranges_at_true_poses(log):
 @pytest.mark.sim
 def test_odometry_starts_at_the_truth_and_follows_it_for_a_while(log):
     assert np.allclose(log.a.odometry[0], log.a.poses[0])
-    assert np.hypot(*(log.a.odometry[6] - log.a.poses[6])[:2]) < 0.3
+    way_m = np.hypot(*np.diff(log.a.poses[:7, :2], axis=0).T).sum()
+    assert np.hypot(*(log.a.odometry[6] - log.a.poses[6])[:2]) < 0.3 * way_m  # wheels slip where a robot spins
 
 
 @pytest.mark.sim

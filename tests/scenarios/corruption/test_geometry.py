@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from scenarios.corruption.geometry import bend, kink, resample, turn_image
+from scenarios.corruption.geometry import bend, kink, resample, stretch, turn_image
 from tests.scenarios.corruption.made import drawn
 
 turns = st.floats(-180.0, 180.0)
@@ -40,10 +40,10 @@ def is_clear(pixels: np.ndarray) -> np.ndarray:
 
 
 @settings(max_examples=40, deadline=None)
-@given(seeds, bends)
-def test_every_bent_cell_shows_the_old_cell_that_moved_there(seed, degrees):
+@given(st.sampled_from([bend, stretch]), seeds, bends)
+def test_every_bent_or_stretched_cell_shows_the_old_cell_that_moved_there(do, seed, strength):
     grid = random_grid(seed)
-    bent = bend(grid, degrees, np.random.default_rng(seed))
+    bent = do(grid, strength, np.random.default_rng(seed))
     waves, shift = bent.motions
     old = waves.undo(shift.inverse().apply(centres(bent.grid)))
 
@@ -53,10 +53,10 @@ def test_every_bent_cell_shows_the_old_cell_that_moved_there(seed, degrees):
 
 
 @settings(max_examples=40, deadline=None)
-@given(seeds, bends)
-def test_bending_undone_is_where_it_was_and_nothing_leaves_the_image(seed, degrees):
+@given(st.sampled_from([bend, stretch]), seeds, bends)
+def test_what_is_undone_is_where_it_was_and_nothing_leaves_the_image(do, seed, strength):
     grid = random_grid(seed)
-    bent = bend(grid, degrees, np.random.default_rng(seed))
+    bent = do(grid, strength, np.random.default_rng(seed))
     moved = bent.moved(centres(grid))
     waves, shift = bent.motions
 
@@ -143,7 +143,7 @@ def spotted(at: tuple[int, int]) -> OccupancyGrid:
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.sampled_from([(bend, 6.0), (kink, 8.0)]), seeds, st.integers(10, 110), st.integers(10, 80))
+@given(st.sampled_from([(bend, 6.0), (kink, 8.0), (stretch, 10.0)]), seeds, st.integers(10, 110), st.integers(10, 80))
 def test_a_spot_is_found_where_its_middle_moved_and_the_map_frame_stays(kind, seed, u, v):
     do, degrees = kind
     grid = spotted((u, v))
@@ -156,6 +156,16 @@ def test_a_spot_is_found_where_its_middle_moved_and_the_map_frame_stays(kind, se
     assert np.hypot(*(found - done.moved([u, v]))) < 0.7  # a square that hardly turned is off by up to half a cell
     shift = done.motions[1]
     assert np.allclose(done.grid.pixel_to_map(shift.apply([u, v])), grid.pixel_to_map([u, v]))
+
+
+@settings(max_examples=20, deadline=None)
+@given(seeds, st.floats(-20.0, 20.0))
+def test_a_stretched_map_is_longer_by_the_percentage_one_way_and_as_it_was_the_other(seed, percent):
+    done = stretch(random_grid(seed), percent, np.random.default_rng(seed))
+    arms = done.moved([[1.0, 0.0], [0.0, 1.0]]) - done.moved([[0.0, 0.0]])
+
+    lengths = np.linalg.svd(arms, compute_uv=False)
+    assert sorted(lengths) == pytest.approx(sorted([1.0, 1.0 + percent / 100]))
 
 
 @pytest.mark.parametrize("factor", [0.37, 0.5, 1.6, 3.0])

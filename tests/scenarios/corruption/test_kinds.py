@@ -12,7 +12,7 @@ from tests.scenarios.corruption.made import changed, drawn
 
 MILD = {"resample": 1.0, "turn": 0.0}  # the strength that does nothing, where it is not 0
 SOME = {"spurious_rays": 4.0, "blobs": 2.0, "erosion": 1.0, "dilation": 1.0, "bend": 2.0, "kink": 3.0, "turn": 20.0}
-SOME |= {"resample": 1.4}
+SOME |= {"resample": 1.4, "stretch": 8.0}
 
 
 def test_the_example_of_the_documentation_is_true():

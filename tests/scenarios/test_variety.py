@@ -1,0 +1,35 @@
+import numpy as np
+import pytest
+
+from scenarios.contactsheet import contact_sheet, paletted_png
+from scenarios.variety import draw_sources
+from sim.floorplans import FAMILIES
+
+
+def test_the_same_seed_draws_the_same_missions_and_fewer_are_the_first_of_them():
+    assert draw_sources(4, seed=3) == draw_sources(9, seed=3)[:4]
+    assert draw_sources(4, seed=3) != draw_sources(4, seed=4)
+
+
+def test_families_and_pose_sources_come_in_turn_and_the_rest_varies():
+    sources = draw_sources(40, poses=("truth", "slam"))
+
+    assert [source.scenario.world.family for source in sources[:10]] == list(FAMILIES)
+    assert [source.scenario.a.poses for source in sources[:3]] == ["truth", "slam", "truth"]
+    assert len({source.source_id for source in sources}) == 40
+    for read in (
+        lambda scenario: scenario.mission.a.lidar,
+        lambda scenario: scenario.mission.b.path,
+        lambda scenario: scenario.noise,
+        lambda scenario: bool(scenario.a.corruption),
+    ):
+        assert len({read(source.scenario) for source in sources}) > 1
+
+
+@pytest.mark.sim
+def test_a_contact_sheet_shows_its_pairs_in_rows():
+    sheet = contact_sheet(5)
+
+    assert sheet.shape[1] > 4 * 3 * 140
+    assert (sheet.std(axis=2) > 20).any()  # overlays have colours
+    assert paletted_png(np.zeros((8, 8, 3), np.uint8)).startswith(b"\x89PNG")
