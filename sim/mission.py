@@ -87,6 +87,7 @@ class _Mission:
         apart: float | None,
         rng: np.random.Generator,
     ) -> None:
+        self.clock = _Clock()
         self.world, self.spec, self.drives = world, spec, drives
         self.specs = (spec.a, spec.b)
         self.a_is_left = bool(rng.random() < 0.5)
@@ -98,7 +99,7 @@ class _Mission:
         self.starts: list[NDArray[np.float64]] = []
         self.guides = [self._tour(k, rng) if self.specs[k].path == "tour" else self._frontiers(k) for k in (0, 1)]
         self.best, self.best_at, self.was_below = 0.0, 0.0, False
-        self.clock = _Clock()
+        self.clock.lap("planning")
 
     def _tour(self, k: int, rng: np.random.Generator) -> Guide:
         robot, rooms = self.specs[k], self.world.rooms

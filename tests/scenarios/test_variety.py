@@ -1,7 +1,11 @@
+import hashlib
+
 import numpy as np
 import pytest
 
 from scenarios.contactsheet import contact_sheet, paletted_png
+from scenarios.executors import completed, local_workers
+from scenarios.scenario import MissionSource
 from scenarios.variety import draw_sources
 from sim.floorplans import FAMILIES
 
@@ -33,3 +37,20 @@ def test_a_contact_sheet_shows_its_pairs_in_rows():
     assert sheet.shape[1] > 4 * 3 * 140
     assert (sheet.std(axis=2) > 20).any()  # overlays have colours
     assert paletted_png(np.zeros((8, 8, 3), np.uint8)).startswith(b"\x89PNG")
+
+
+def digests(source: MissionSource) -> list[str]:
+    """Checksums of the maps of a mission's pairs."""
+    return [
+        hashlib.sha256(grid.occupancy.tobytes()).hexdigest() for pair in source.pairs() for grid in (pair.a, pair.b)
+    ]
+
+
+@pytest.mark.sim
+@pytest.mark.slow
+def test_the_same_seed_gives_the_same_map_bytes_in_any_number_of_processes():
+    sources = [source for k, source in enumerate(draw_sources(8)) if k in (1, 3, 7)]
+    with local_workers(2) as executor:
+        apart = {source.source_id: future.result() for source, future in completed(executor, digests, sources)}
+
+    assert apart == {source.source_id: digests(source) for source in sources}
