@@ -86,6 +86,6 @@ def _map(rng: np.random.Generator, resolution: float, poses: PoseSource, is_hand
         poses=poses,
         slam=slam,
         corruption=corruption,
-        hit=float(rng.uniform(0.4, 1.1)),
-        miss=float(rng.uniform(0.3, 0.8)),
+        hit=math.exp(rng.uniform(math.log(0.2), math.log(1.1))),
+        miss=float(rng.uniform(0.3, 0.9)),
     )
