@@ -152,7 +152,7 @@ def realism(
             advance(1, finding.kind)
 
         write_realism(
-            maps, output, pairs=pairs, executor=executor, force=force, on_done=on_done, command=_command()
+            maps, output, pairs=pairs, executor=executor, force=force, on_done=on_done
         )  # fmt: skip
     typer.echo(f"written: {output}")
 

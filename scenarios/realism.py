@@ -72,7 +72,6 @@ def write_realism(
     executor: Executor | None = None,
     force: bool = False,
     on_done: Callable[[Finding], None] = lambda finding: None,
-    command: str = "",
 ) -> None:
     """Make pairs of every kind, measure them and the real ones, and write the page and the contact sheet.
 
@@ -90,8 +89,6 @@ def write_realism(
         Replace an earlier page.
     on_done
         Told of each finding on a simulated pair.
-    command
-        What was typed, for the record.
     """
     folder = cleared_folder(out, (PAGE, SHEET), force=force)
     real = {name: real_findings(Path(maps) / name) for name in ("real_maps", "real_lasers")}
@@ -103,7 +100,7 @@ def write_realism(
             simulated.append(Finding(kind=source.scenario.world.family, failure=str(death), is_crash=True))
         on_done(simulated[-1])
     replace_file(folder / SHEET, paletted_png(contact_sheet()))
-    replace_file(folder / PAGE, page(simulated, real, describe_machine(command)).encode())
+    replace_file(folder / PAGE, page(simulated, real, describe_machine()).encode())
 
 
 def examine(source: MissionSource) -> Finding:

@@ -11,7 +11,7 @@ from scenarios.variety import draw_sources
 from sim.missionlog import MissionLog
 from tests.sim.made import office_log
 
-MACHINE = {"command": "rectbench realism", "commit": "abc", "processor": "a processor"}
+MACHINE = {"commit": "abc", "processor": "a processor"}
 
 
 def standing(log: MissionLog, seconds: float, note: str = "") -> MissionLog:
