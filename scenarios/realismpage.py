@@ -132,6 +132,6 @@ A pair's residual is the RMSE of its best similarity on its control points; L is
 affine map removes of it is due to stretch and shear; the rest is bending. Thickness and speckle are what
 `rectmerge inspect` tells of a map.
 """
-PROVENANCE = """`rectbench realism MAPS -o results/worlds` at commit {commit}, on {cpu}; MAPS is a folder with the real maps, which
-are not part of this repository. Same command and code, same figures, memory aside.
+PROVENANCE = """`rectbench realism MAPS -o results/worlds` at commit {commit}, on {cpu}; MAPS is a
+folder with the real maps, which are not part of this repository. Same command and code, same figures, memory aside.
 """

@@ -178,7 +178,7 @@ def _working_ends(side: int, factor: float) -> NDArray[np.intp]:
     return np.searchsorted(working, np.arange(count + 1))
 
 
-def dominant_angles(features: Features, *, most: int = 2, least_share: float = 0.5) -> list[tuple[float, float]]:
+def dominant_angles(features: Features, *, most: int = 4, least_share: float = 0.1) -> list[tuple[float, float]]:
     """Find the directions along which walls pile up, modulo a quarter turn.
 
     Returns

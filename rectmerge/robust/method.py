@@ -30,6 +30,7 @@ from rectmerge.similarity import Similarity
 
 REFINED_BEYOND = 0.05  # refinement may leave the bounds of the scale by this share
 AT_LIMIT = 1e-4  # a scale this close to a widened bound, as a share, was stopped there
+STRONG = 0.5  # a second direction is as good as the first from this share of its contrast
 WEAK_CONTRAST = 0.6  # a map whose walls pile up less than this in any direction may have none that dominates
 ALL_ROUND_STEP_DEG = 5  # between the frames that are tried then
 _Answer = tuple[Fit, Agreement, Evidence]
@@ -120,7 +121,11 @@ class Robust:
     def _search(
         self, fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator
     ) -> tuple[Search, Ranking]:
-        """Search in the orthogonal frames; where no direction dominates and nothing convinces, in frames all round."""
+        """Search in the strongest orthogonal frames, and where nothing convinces, in the weaker ones too.
+
+        Two wings of a building meet at an angle: what both maps share may lie in the frame that is strong in one map
+        and weak in the other. Where no direction dominates, frames all round are tried.
+        """
         a, b = fixed.walled, moving.walled
         search = Search(
             a=a,
@@ -132,8 +137,10 @@ class Robust:
             refined=self.refined,
         )
         ranking = search.run(fixed.frames, moving.frames)
-        if min(fixed.contrast, moving.contrast) >= WEAK_CONTRAST or _convinces(search, ranking):
+        if _convinces(search, ranking):
             return search, ranking
+        if min(fixed.contrast, moving.contrast) >= WEAK_CONTRAST:
+            return search, search.run(*(map_.all_frames(self.rectangles) for map_ in (fixed, moving)))
         angles = np.radians(np.arange(0, QUARTER_TURN_DEG, ALL_ROUND_STEP_DEG))
         all_round = [rectangles_in_frame(b, float(angle), most=self.rectangles) for angle in angles]
         return search, search.run(fixed.frames[:1], all_round)
@@ -181,13 +188,13 @@ class Robust:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Map:
-    """A map with what was read off it; `contrast` is how much its walls pile up along its first frame."""
+    """A map with what was read off it: the directions in which its walls pile up, and the frames of the strong ones."""
 
     grid: OccupancyGrid
     cells: MapCells
     features: Features | None
+    angles: Sequence[tuple[float, float]] = ()
     frames: Sequence[Frame] = ()
-    contrast: float = 0.0
 
     @classmethod
     def of(cls, grid: OccupancyGrid, cells: MapCells, rectangles: int) -> _Map:
@@ -195,8 +202,18 @@ class _Map:
         if features is None:
             return cls(grid, cells, None)
         angles = dominant_angles(features)
-        frames = [rectangles_in_frame(features, angle, most=rectangles) for angle, _ in angles]
-        return cls(grid, cells, features, frames, angles[0][1])
+        strong = [angle for angle, contrast in angles[:2] if contrast >= STRONG * angles[0][1]]
+        return cls(grid, cells, features, angles, [rectangles_in_frame(features, at, most=rectangles) for at in strong])
+
+    def all_frames(self, rectangles: int) -> list[Frame]:
+        """Return the frames of all directions in which walls pile up, the strong ones first."""
+        weak = self.angles[len(self.frames) :]
+        return [*self.frames, *(rectangles_in_frame(self.walled, angle, most=rectangles) for angle, _ in weak)]
+
+    @property
+    def contrast(self) -> float:
+        """How much the walls pile up along the first frame."""
+        return self.angles[0][1]
 
     @property
     def walled(self) -> Features:
