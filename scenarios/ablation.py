@@ -83,6 +83,11 @@ def _no_bent_score(judge: Judge, placements: NDArray[np.float64]) -> NDArray[np.
     return np.zeros(len(placements))
 
 
+def _strong_frames(map_: method._Map, _: int) -> list[features.Frame]:
+    """Stand in for `_Map.all_frames`: nothing but what was tried before."""
+    return [*map_.frames]
+
+
 def _strongest_angle(map_features: features.Features) -> list[tuple[float, float]]:
     """Stand in for `dominant_angles`: the first direction only."""
     return dominant_angles(map_features, most=1)
@@ -105,7 +110,8 @@ ABLATIONS = (
     Ablation(name="60 rectangles for 120", fields=(("rectangles", 60),)),
     Ablation(name="30 rectangles for 120", fields=(("rectangles", 30),)),
     Ablation(name="25 refined for 60", fields=(("refined", 25),)),
-    Ablation(name="second orthogonal frame", patches=((method, "dominant_angles", _strongest_angle),)),
+    Ablation(name="every orthogonal frame but the first", patches=((method, "dominant_angles", _strongest_angle),)),
+    Ablation(name="weaker wall directions", patches=((method._Map, "all_frames", _strong_frames),)),
     Ablation(name="frames all round", patches=((method, "WEAK_CONTRAST", 0.0),)),
     Ablation(name="finer grid for narrow passages", patches=((features, "LARGEST_DIAGONAL_CELLS", 400.0),)),
     Ablation(name="removal of specks", patches=((cells, "describe_walls", no_specks), (features, "SPECK_CELLS", 0))),

@@ -75,10 +75,9 @@ def test_a_round_is_no_longer_for_being_shortened_and_nearly_the_shortest(points
 
 
 def test_a_spot_that_something_stands_on_is_moved_and_a_room_that_is_full_left_out():
-    first = WORLD.rooms[0]
     doors = [name for door in WORLD.doors for name in door.joins]
-    second = next(room for room in WORLD.rooms[1:] if doors.count(room.name) == 1)  # no way leads through it
-    others = [room for room in WORLD.rooms[1:] if room is not second]
+    first, second, *_ = (room for room in WORLD.rooms if doors.count(room.name) == 1)  # no way leads through them
+    others = [room for room in WORLD.rooms if room not in (first, second)]
     low, high = second.outline.min(axis=0), second.outline.max(axis=0)
     crate = Prism(rectangle(*(first.spot - 0.2), *(first.spot + 0.2)), 1.0)
     full = Prism(rectangle(*low, *high), 1.0)
