@@ -91,14 +91,14 @@ class Robust:
         swapped = maps[1].rank > maps[0].rank
         fixed, moving = maps[::-1] if swapped else maps
         bounds = (1 / scale[1], 1 / scale[0]) if swapped else scale
-        search, ranking = self._search(fixed, moving, bounds, rng)
+        search, ranking, stage = self._search(fixed, moving, bounds, rng)
         if len(ranking.placements) == 0:
             reason = "no rectangle of free space in one map fits one in the other at a scale within bounds"
             return Alignment(verdict="rejected", reason=reason, method=self.name, quality=quality)
         answers = self._exact(search, ranking, fixed, moving, bounds)
         is_mirrored = False
         if answers[0][2].probability < SURE_AT:
-            answers, is_mirrored = self._beside_mirror_image(answers, fixed, moving, bounds, rng)
+            answers, is_mirrored = self._beside_mirror_image(answers, fixed, moving, bounds, rng, stage)
         verdict, reason = judge(answers[0][2])
         if verdict != "accepted" and is_mirrored:
             verdict, reason = "rejected", "the maps fit when one is mirrored: is one image flipped?"
@@ -119,9 +119,9 @@ class Robust:
         return _Map.of(grid, MapCells.of(trinary(grid)), self.rectangles)
 
     def _search(
-        self, fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator
-    ) -> tuple[Search, Ranking]:
-        """Search in the strongest orthogonal frames, and where nothing convinces, in the weaker ones too.
+        self, fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator, last_stage: int = 2
+    ) -> tuple[Search, Ranking, int]:
+        """Search in the strongest orthogonal frames, and where nothing convinces, as a second stage in weaker ones too.
 
         Two wings of a building meet at an angle: what both maps share may lie in the frame that is strong in one map
         and weak in the other. Where no direction dominates, frames all round are tried.
@@ -137,13 +137,13 @@ class Robust:
             refined=self.refined,
         )
         ranking = search.run(fixed.frames, moving.frames)
-        if _convinces(search, ranking):
-            return search, ranking
+        if last_stage == 1 or _convinces(search, ranking):
+            return search, ranking, 1
         if min(fixed.contrast, moving.contrast) >= WEAK_CONTRAST:
-            return search, search.run(*(map_.all_frames(self.rectangles) for map_ in (fixed, moving)))
+            return search, search.run(*(map_.all_frames(self.rectangles) for map_ in (fixed, moving))), 2
         angles = np.radians(np.arange(0, QUARTER_TURN_DEG, ALL_ROUND_STEP_DEG))
         all_round = [rectangles_in_frame(b, float(angle), most=self.rectangles) for angle in angles]
-        return search, search.run(fixed.frames[:1], all_round)
+        return search, search.run(fixed.frames[:1], all_round), 2
 
     def _exact(
         self, search: Search, ranking: Ranking, fixed: _Map, moving: _Map, scale: tuple[float, float]
@@ -174,10 +174,14 @@ class Robust:
         moving: _Map,
         scale: tuple[float, float],
         rng: np.random.Generator,
+        stage: int,
     ) -> tuple[list[_Answer], bool]:
-        """Weigh the answers against the mirror image's best placement; tell whether that one fits, and better."""
+        """Weigh the answers against the mirror image's best placement; tell whether that one fits, and better.
+
+        The mirror image is searched as far as the maps were: to the same stage.
+        """
         flipped = _Map.of(moving.grid, moving.cells.mirrored(), self.rectangles)
-        search, ranking = self._search(fixed, flipped, scale, rng)
+        search, ranking, _ = self._search(fixed, flipped, scale, rng, last_stage=stage)
         likelihood = float(ranking.likelihoods[0]) if len(ranking.likelihoods) else 0.0
         weighed = [
             (fit, agreement, dataclasses.replace(evidence, decoy=likelihood_ratio(likelihood, evidence.likelihood)))

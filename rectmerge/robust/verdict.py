@@ -10,7 +10,7 @@ from rectmerge.alignment import Verdict
 ACCEPT_AT = 0.65  # probability
 AMBIGUOUS_AT = 0.98  # probability that the placement would have without its rival
 CRISP_AT = 0.5  # share of matched surface from which two maps fit each other rigidly
-SURE_AT = 0.999  # probability from which the mirror image need not be asked
+SURE_AT = 0.998  # probability from which the mirror image need not be asked: no mirrored pair comes near it
 # A logistic model, fitted to 1369 pairs of development maps and simulated or drawn offices, 946 of them unrelated,
 # mirrored or wrong.
 BIAS, RIVAL, IOU, SUPPORT, MISSING, CONTRADICTION = -3.5, -8.7, 11.3, 10.0, -15.3, -19.4
