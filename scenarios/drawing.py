@@ -55,12 +55,11 @@ def drawn(value: Any, *, name: str, seed: int, first: int = 0) -> Any:
 
     def choose(path: str, draw: Mapping[str, Any]) -> Any:
         key = zlib.crc32(name.encode()), zlib.crc32(path.encode())
-        rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
-        if "any_of" in draw:
-            return draw["any_of"][int(rng.integers(len(draw["any_of"])))]
         if "in_turn" in draw:
             return draw["in_turn"][(seed - first) % len(draw["in_turn"])]
-        return _between(draw, float(rng.random()))
+        (word,) = np.random.SeedSequence(seed, spawn_key=key).generate_state(1)
+        share = int(word) / 2**32
+        return draw["any_of"][int(share * len(draw["any_of"]))] if "any_of" in draw else _between(draw, share)
 
     return _filled(value, "", choose)
 

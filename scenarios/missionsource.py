@@ -76,7 +76,7 @@ class MissionSource:
                 yield variant, noise
 
     def _pair_id(self, variant: Variant | None, noise: int) -> str:
-        return "-".join(filter(None, (self.source_id, variant and variant.name, f"n{noise}")))
+        return "-".join((self.source_id, *([variant.name] if variant else []), f"n{noise}"))
 
     def _pair(self, log: MissionLog, variant: Variant | None, noise: int) -> MapPair:
         """Make one pair, cut to its own overlap where it wants one."""
@@ -122,9 +122,10 @@ class MissionSource:
 
     def _told(self, pair: MapPair, variant: Variant | None) -> MapPair:
         """Say in a pair's info what it is of."""
-        names = [self.scenario.kind if self.scenario.kind in UNRELATED else None, variant and variant.name]
-        said = "-".join(filter(None, names))
-        return replace(pair, info={**pair.info, "split": self.scenario.split, **({"variant": said} if said else {})})
+        said: list[str] = [self.scenario.kind] if self.scenario.kind in UNRELATED else []
+        said += [variant.name] if variant else []
+        more = {"variant": "-".join(said)} if said else {}
+        return replace(pair, info={**pair.info, "split": self.scenario.split, **more})
 
     def _seed(self, purpose: str) -> int:
         """Derive a seed that scenarios and purposes do not share."""

@@ -236,6 +236,7 @@ def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     both = dict(base)
     for key, value in over.items():
         under = base.get(key)
-        is_table = isinstance(under, dict) and isinstance(value, dict) and not is_draw(under) and not is_draw(value)
-        both[key] = _merged(under, value) if is_table else value
+        if isinstance(under, dict) and isinstance(value, dict) and not is_draw(under) and not is_draw(value):
+            value = _merged(under, value)
+        both[key] = value
     return both
