@@ -19,8 +19,6 @@ __all__ = ["Contender", "Draft", "MissionSource", "Scenario", "Seeds", "Suite", 
 
 SUITES = Path(__file__).parent / "suites"
 LEAST_RATIO = 0.1  # cells of A per cell of B
-GOLDEN = 0.6180339887498949  # its multiples, modulo 1, lie evenly however many there are
-ROUNDS_PER_SEED = 10_000  # a suite is enlarged so many times, at the most, before it runs into its next seed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,30 +52,34 @@ class Draft:
     at: str
     is_fixed: bool
 
-    def scenario(self, seed: int) -> Scenario:
-        """Settle what the table leaves open for a seed.
+    def by_seed(self) -> dict[int, Scenario]:
+        """Settle what the table leaves open, for every seed.
 
         Raises
         ------
         ScenarioError
-            If what was drawn excludes each other.
+            If what was drawn for a seed excludes each other.
         """
+        seeds = range(self.seeds.first, self.seeds.first + self.seeds.count)
         if self.is_fixed:
-            return self._settled(self.table)
-        table = drawn(self.table, name=self.name, seed=seed, first=self.seeds.first)
-        return self._settled({**table, "seeds": {"first": seed, "count": 1}})
+            return dict.fromkeys(seeds, self._settled(self.table, self.seeds))
+        return {seed: self._settled(self._drawn(seed), Seeds(first=seed)) for seed in seeds}
+
+    def _drawn(self, seed: int) -> dict[str, Any]:
+        table: dict[str, Any] = drawn(self.table, name=self.name, seed=seed, first=self.seeds.first)
+        return table
 
     def check(self) -> None:
         """Refuse what no seed could settle: a bad range, and a lowest, highest or other choice that is not allowed."""
         try:
             for table in corners(self.table):
-                self._settled(table)
+                self._settled(table, self.seeds)
         except ScenarioError:  # whose path is whole
             raise
         except InputError as error:
             raise ScenarioError(f"{self.at}.{error}") from error
 
-    def _settled(self, table: Mapping[str, Any]) -> Scenario:
+    def _settled(self, table: Mapping[str, Any], seeds: Seeds) -> Scenario:
         """Make the scenario of a table without draws, where variants say only what is different."""
         whole, variants = _with_ratio(table, self.at), table.get("variants", ())
         if isinstance(variants, list) and all(isinstance(variant, dict) for variant in variants):
@@ -86,7 +88,7 @@ class Draft:
                 _with_ratio(_merged(maps, variant), f"{self.at}.variants[{k}]") for k, variant in enumerate(variants)
             ]
             whole |= {"variants": ways} if ways else {}
-        return structured(whole, Scenario, self.at)
+        return replace(structured(whole, Scenario, self.at), seeds=seeds)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,53 +103,29 @@ class Suite:
 
     @property
     def scenarios(self) -> tuple[Scenario, ...]:
-        """Every scenario with all of its seeds, or one per seed where it leaves something open."""
-        first = [[draft.seeds.first] if draft.is_fixed else _seeds(draft, 0) for draft in self.drafts]
-        return tuple(draft.scenario(k) for draft, seeds in zip(self.drafts, first, strict=True) for k in seeds)
+        """Every scenario with all of its seeds, or one per seed where it leaves something open.
 
-    def sources(self, *, pairs: int | None = None, seed: int = 0) -> list[MissionSource]:
-        """Return one source of pairs per mission: each scenario's seeds in order.
-
-        Parameters
-        ----------
-        pairs
-            How many pairs, about: as few missions as give so many at least. Fewer than the suite has are spread over
-            its scenarios; more are the suite again and again, each time with its next seeds.
-        seed
-            0 is the suite as it is written; another, the same with other buildings.
+        Raises
+        ------
+        ScenarioError
+            If what was drawn for a seed excludes each other.
         """
-        first = seed * ROUNDS_PER_SEED
-        sources = self._round(first)
-        if pairs is None:
-            return sources
-        each = sum(len(source.pair_ids) for source in sources)
-        whole, rest = divmod(pairs, each)
-        sources = [source for k in range(whole) for source in self._round(first + k)]
-        return sources + _spread(self._round(first + whole), rest)
+        return tuple(scenario for draft in self.drafts for scenario in dict.fromkeys(self._settled(draft).values()))
 
-    def _round(self, number: int) -> list[MissionSource]:
+    def sources(self) -> list[MissionSource]:
+        """Return one source of pairs per mission: each scenario's seeds in order; refuses what `scenarios` does."""
         return [
-            MissionSource(self.name, draft.scenario(seed), seed)
+            MissionSource(self.name, scenario, seed)
             for draft in self.drafts
-            for seed in _seeds(draft, number)
+            for seed, scenario in self._settled(draft).items()
         ]
 
-
-def _seeds(draft: Draft, number: int) -> range:
-    first = draft.seeds.first + number * draft.seeds.count
-    return range(first, first + draft.seeds.count)
-
-
-def _spread(sources: list[MissionSource], pairs: int) -> list[MissionSource]:
-    """Choose sources from all over a list until they have so many pairs, and keep their order."""
-    order = sorted(range(len(sources)), key=lambda k: (k * GOLDEN) % 1.0)
-    chosen = []
-    for k in order:
-        if pairs <= 0:
-            break
-        chosen.append(k)
-        pairs -= len(sources[k].pair_ids)
-    return [sources[k] for k in sorted(chosen)]
+    def _settled(self, draft: Draft) -> dict[int, Scenario]:
+        """The scenario of each seed."""
+        try:
+            return draft.by_seed()
+        except ScenarioError as error:
+            raise _in_file(error, f"{self.name}.toml") from error
 
 
 def suite_names() -> tuple[str, ...]:
@@ -181,7 +159,12 @@ def load_suite(name_or_path: str | Path) -> Suite:
     try:
         return _suite(data, path.stem)
     except ScenarioError as error:
-        raise ScenarioError("; ".join(f"{path.name}: {line}" for line in str(error).splitlines())) from error
+        raise _in_file(error, path.name) from error
+
+
+def _in_file(error: ScenarioError, file: str) -> ScenarioError:
+    """Name the file in every complaint."""
+    return ScenarioError("; ".join(f"{file}: {line}" for line in str(error).splitlines()))
 
 
 def _suite(data: dict[str, Any], name: str) -> Suite:

@@ -227,3 +227,18 @@ a = {{ {damage} }}
     for pair in source.pairs():
         assert pair.overlap == pytest.approx(wanted, abs=0.05)
         assert pair.info["discarded"] >= 0
+
+
+SEEDS = {
+    "demo-0000": [3475216114, 2277288749, 3250331810],
+    "headline-0049": [4222533316, 1888411709, 2373823321],
+}
+
+
+def test_seeds_are_what_they_always_were():
+    seeds = {
+        source.source_id: [source._seed(purpose) for purpose in ("world", "mission", "pair")]
+        for source in (load_suite("demo").sources()[0], load_suite("headline").sources()[-1])
+    }
+
+    assert seeds == SEEDS
