@@ -62,7 +62,7 @@ class MissionSource:
             try:
                 yield self._told(self._pair(log, variant, noise), variant)
             except SimulationError as error:
-                failures.append(str(error))
+                failures.append(f"{self._pair_id(variant, noise)}: {error}")
         if failures:
             raise SimulationError("; ".join(failures))
 
@@ -85,7 +85,7 @@ class MissionSource:
             wanted = variant.overlap
         if self.scenario.kind in UNRELATED or wanted is None:
             return self._made(log, variant, noise)
-        if log.whole is None or wanted != self.scenario.mission.overlap:
+        if wanted != self.scenario.mission.overlap:
             log = cut_to_overlap(log.whole or log, wanted)
         pair = self._made(log, variant, noise)
         return pair if log.whole is None else self._recut(log.whole, wanted, pair, variant, noise)
@@ -102,7 +102,7 @@ class MissionSource:
                 break
         shown = "too little in common" if pair.overlap is None else f"an overlap of {pair.overlap:.2f}"
         if not _is_met(pair, wanted):
-            raise SimulationError(f"{pair.pair_id}: the finished maps have {shown}, wanted was {wanted:.2f}")
+            raise SimulationError(f"the finished maps have {shown}, wanted was {wanted:.2f}")
         return pair
 
     def _made(self, log: MissionLog, variant: Variant | None, noise: int) -> MapPair:

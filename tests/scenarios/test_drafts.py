@@ -138,7 +138,7 @@ def test_variants_of_one_mission_share_what_they_do_not_change_and_one_that_fail
     text = OPEN.replace("overlap = 0.3, ratio", "overlap = 0.1, ratio").replace("rooms = 8", "rooms = 6")
     source = load_suite(written(tmp_path, text.replace("size_m = [20.0, 13.0]", "size_m = [15.0, 11.0]"))).sources()[6]
     made = {}
-    with pytest.raises(SimulationError, match=r"an overlap of 0\.1 is out of reach"):
+    with pytest.raises(SimulationError, match=r"^ways-0000-cut-n0: an overlap of 0\.1 is out of reach"):
         made.update((pair.info["variant"], pair) for pair in source.pairs())
 
     assert set(made) == {"plain", "bent"}
