@@ -2,7 +2,7 @@
 
 other-building    B explores another building of the same family, with corridors as wide as A's
 no-shared-room    one building; the robots stay so far apart that their maps have less than 0.05 in common
-other-floor       B explores another draft of the same building: same outer shell, same turn, other inner walls
+other-floor       B explores another draft of the same building: same outer walls within 5 cm, same turn, other rooms
 mirrored          one building and one mission, and map B is flipped left to right: no similarity is true
 blank-halls       two halls of different size, empty: no pillars, no furniture, no rooms beside
 """
@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rectmerge.errors import SimulationError
 from scenarios.pairs import make_pair
@@ -24,8 +25,9 @@ from sim.mission import MissionLog, cut_to_overlap, run_mission
 from sim.world import World
 
 SAME_WIDTH_M = 0.1  # corridors are as wide as each other within this
+SAME_SHELL_M = 0.05  # outer walls stand where the others do within this
 MOST_SHARED = 0.05  # overlap, of maps that share nothing
-DRAFTS, MISSIONS = 20, 4
+DRAFTS, MISSIONS = 40, 4
 SeedFor = Callable[[str], int]  # a seed for a purpose
 
 
@@ -53,6 +55,12 @@ def corridor_m(world: World) -> float | None:
     return float(np.median(widths)) if widths else None
 
 
+def shell(world: World) -> NDArray[np.float64]:
+    """Return the corners (2, 2) of the box around all rooms, metres: how thick outer walls are is in it."""
+    corners = np.concatenate([room.outline for room in world.rooms])
+    return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+
 def _far_apart(scenario: Scenario, seed: SeedFor) -> MissionLog:
     """One mission cut where the maps have nothing in common, proved on maps without noise by true poses."""
     world = make_world(scenario.world, seed("world"))
@@ -75,10 +83,15 @@ def _other(world: World, scenario: Scenario, seed: SeedFor) -> World:
     spec = _spec_of(scenario, scenario.other or scenario.world)
     for k in range(DRAFTS):
         other = make_world(spec, seed(f"other world {k}"))
-        wide, other_wide = corridor_m(world), corridor_m(other)
-        if wide is None or other_wide is None or abs(wide - other_wide) <= SAME_WIDTH_M:
+        if scenario.kind == "other-floor":
+            is_alike = bool(np.abs(shell(world) - shell(other)).max() <= SAME_SHELL_M)
+        else:
+            wide, other_wide = corridor_m(world), corridor_m(other)
+            is_alike = wide is None or other_wide is None or abs(wide - other_wide) <= SAME_WIDTH_M
+        if is_alike:
             return other
-    raise SimulationError(f"none of {DRAFTS} other buildings has corridors as wide as the first")
+    what = "outer walls like" if scenario.kind == "other-floor" else "corridors as wide as"
+    raise SimulationError(f"none of {DRAFTS} other buildings has {what} the first")
 
 
 def _spec_of(scenario: Scenario, world: WorldSpec) -> WorldSpec:

@@ -26,7 +26,7 @@ def test_ids_are_unique_and_splits_share_no_building(name):
     sources = load_suite(name).sources()
     splits = {}
     for source in sources:
-        for purpose in ("world", *(f"other world {k}" for k in range(20))):
+        for purpose in ("world", *(f"other world {k}" for k in range(40))):
             splits.setdefault(source._seed(purpose), set()).add(source.scenario.split)
 
     ids = [pair_id for source in sources for pair_id in source.pair_ids]
