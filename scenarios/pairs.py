@@ -137,6 +137,48 @@ def make_pair(
     )
 
 
+def make_unrelated_pair(
+    log: MissionLog,
+    spec_a: MapSpec,
+    spec_b: MapSpec,
+    seed: int,
+    *,
+    noise: int = 0,
+    is_mirrored: bool = False,
+    pair_id: str = "pair",
+    suite: str = "",
+    place: str = "",
+) -> MapPair:
+    """Make two maps that no similarity brings together.
+
+    Parameters
+    ----------
+    log
+        What both robots did, each in a building or part of it that the other was not in; `log.world` is A's.
+    spec_a, spec_b, seed, noise, pair_id, suite, place
+        As `make_pair` has them.
+    is_mirrored
+        Whether map B is flipped left to right; then the robots may have been in one place.
+    """
+    of_a, of_b = np.random.SeedSequence(seed).spawn(2)
+    a = place_map(log.a, log.spec.a.lidar, spec_a, noise=noise, seed=of_a)
+    b = place_map(log.b, log.spec.b.lidar, spec_b, noise=noise, seed=of_b)
+    grid_b = OccupancyGrid(b.grid.occupancy[:, ::-1], b.grid.resolution, b.grid.origin) if is_mirrored else b.grid
+    return MapPair(
+        pair_id=pair_id,
+        a=a.grid,
+        b=grid_b,
+        related=False,
+        pixels=None,
+        control_points=None,
+        residual_px=None,
+        suite=suite,
+        place=place or f"{log.world.family}-{log.world.seed}",
+        info={**_info(log, {"a": spec_a, "b": spec_b}, {"a": a, "b": b}, seed, noise), "bent": False},
+        poses=(a.poses, b.poses),
+    )
+
+
 def _info(
     log: MissionLog, specs: Mapping[str, MapSpec], maps: Mapping[str, PlacedMap], seed: int, noise: int
 ) -> dict[str, Any]:

@@ -155,7 +155,7 @@ def test_a_mistake_is_refused_with_its_path(tmp_path, old, new, complaint):
 
 
 def test_an_unknown_suite_names_those_there_are(tmp_path):
-    with pytest.raises(ScenarioError, match=r"no suite 'headlin'; there are: demo, headline, smoke"):
+    with pytest.raises(ScenarioError, match=r"no suite 'headlin'; there are: conditions, demo, headline, large"):
         load_suite("headlin")
     with pytest.raises(ScenarioError, match=r"none\.toml: cannot be read"):
         load_suite(tmp_path / "none.toml")
@@ -227,3 +227,18 @@ a = {{ {damage} }}
     for pair in source.pairs():
         assert pair.overlap == pytest.approx(wanted, abs=0.05)
         assert pair.info["discarded"] >= 0
+
+
+SEEDS = {
+    "demo-0000": [3475216114, 2277288749, 3250331810],
+    "headline-0049": [4222533316, 1888411709, 2373823321],
+}
+
+
+def test_seeds_are_what_they_always_were():
+    seeds = {
+        source.source_id: [source._seed(purpose) for purpose in ("world", "mission", "pair")]
+        for source in (load_suite("demo").sources()[0], load_suite("headline").sources()[-1])
+    }
+
+    assert seeds == SEEDS

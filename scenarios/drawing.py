@@ -1,0 +1,130 @@
+"""Values that a suite leaves open: ranges and choices in its TOML, drawn anew for every seed.
+
+A table of one of these forms may stand for any value of a scenario, in lists and in other choices too:
+
+    { from = 0.15, to = 1.0 }               any number between; a whole number where both ends are
+    { from = 0.6, to = 1.6, log = true }    the same, but halves are as likely as doubles
+    { any_of = ["truth", "slam"] }          one of the values
+    { in_turn = ["office", "loop"] }        one after the other, seed by seed
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from rectmerge.errors import InputError
+
+RANGE, CHOICES = {"from", "to", "log"}, ("any_of", "in_turn")
+Choose = Callable[[str, Mapping[str, Any]], Any]  # the path of a draw, and its table
+
+
+def is_draw(value: object) -> bool:
+    """Say whether a value of a suite stands for one that is drawn."""
+    return isinstance(value, Mapping) and bool(value.keys() & {"from", "to", *CHOICES})
+
+
+def has_draws(value: object) -> bool:
+    """Say whether a table leaves anything open."""
+    parts = value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ()
+    return is_draw(value) or any(has_draws(part) for part in parts)
+
+
+def drawn(value: Any, *, name: str, seed: int, first: int = 0) -> Any:
+    """Draw everything that a table leaves open.
+
+    Parameters
+    ----------
+    value
+        A table as it was read, with draws anywhere in it.
+    name
+        Whose table it is. Every key draws from a stream of its own, which name, key and seed settle: changing one draw
+        changes no other.
+    seed, first
+        The seed, and the first there is, at which `in_turn` begins.
+
+    Raises
+    ------
+    InputError
+        If a draw is not one of the forms; the message begins with its path.
+    """
+
+    def choose(path: str, draw: Mapping[str, Any]) -> Any:
+        key = zlib.crc32(name.encode()), zlib.crc32(path.encode())
+        if "in_turn" in draw:
+            return draw["in_turn"][(seed - first) % len(draw["in_turn"])]
+        (word,) = np.random.SeedSequence(seed, spawn_key=key).generate_state(1)
+        share = int(word) / 2**32
+        return draw["any_of"][int(share * len(draw["any_of"]))] if "any_of" in draw else _between(draw, share)
+
+    return _filled(value, "", choose)
+
+
+def corners(value: Any) -> Iterator[Any]:
+    """Go through what a table can become at its ends: every lowest value, every highest, and all the choices."""
+    widest = 0
+
+    def choose(path: str, draw: Mapping[str, Any]) -> Any:
+        nonlocal widest
+        choices = next((draw[key] for key in CHOICES if key in draw), None)
+        if choices is None:
+            choices = (draw["from"], draw["to"])
+        widest = max(widest, len(choices))
+        return choices[corner % len(choices)]
+
+    corner = 0
+    while corner == 0 or corner < widest:
+        yield _filled(value, "", choose)
+        corner += 1
+
+
+def _between(draw: Mapping[str, Any], share: float) -> float | int:
+    low, high = draw["from"], draw["to"]
+    if draw.get("log"):
+        return float(math.exp(math.log(low) + share * (math.log(high) - math.log(low))))
+    if isinstance(low, int) and isinstance(high, int):
+        return low + int(share * (high - low + 1))
+    return float(low + share * (high - low))
+
+
+def _filled(value: Any, path: str, choose: Choose) -> Any:
+    """Put what is chosen where draws stand; what is chosen may hold draws itself."""
+    if is_draw(value):
+        _check(value, path)
+        return _filled(choose(path, value), path, choose)
+    if isinstance(value, Mapping):
+        return {key: _filled(item, f"{path}.{key}" if path else key, choose) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_filled(item, f"{path}[{k}]", choose) for k, item in enumerate(value)]
+    return value
+
+
+def _check(draw: Mapping[str, Any], path: str) -> None:
+    """Refuse a draw that is not one of the forms."""
+    for form in CHOICES:
+        if form in draw:
+            _refuse_others(draw, {form}, path)
+            if not isinstance(draw[form], list) or not draw[form]:
+                raise InputError(f"{path}.{form}: must list what there is to choose from, got {draw[form]!r}")
+            return
+    _refuse_others(draw, RANGE, path)
+    for end in ("from", "to"):
+        if end not in draw:
+            raise InputError(f"{path}.{end}: missing")
+        if not isinstance(draw[end], int | float) or isinstance(draw[end], bool) or not math.isfinite(draw[end]):
+            raise InputError(f"{path}.{end}: must be a number, got {draw[end]!r}")
+    if not isinstance(draw.get("log", False), bool):
+        raise InputError(f"{path}.log: must be true or false, got {draw['log']!r}")
+    if not draw["from"] < draw["to"]:
+        raise InputError(f"{path}: from must be less than to, got {draw['from']} and {draw['to']}")
+    if draw.get("log") and draw["from"] <= 0:
+        raise InputError(f"{path}: from must be > 0 with log = true, got {draw['from']}")
+
+
+def _refuse_others(draw: Mapping[str, Any], known: set[str], path: str) -> None:
+    if unknown := sorted(draw.keys() - known):
+        raise InputError(f"{path}: unknown key {unknown[0]!r} beside {', '.join(sorted(draw.keys() & known))}")

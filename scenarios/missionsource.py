@@ -1,0 +1,137 @@
+"""Missions as sources of pairs: run once, mapped in every way that their scenario asks for."""
+
+from __future__ import annotations
+
+import functools
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rectmerge.errors import SimulationError
+from scenarios.pairs import MapPair, make_pair, make_unrelated_pair
+from scenarios.scenariospec import UNRELATED, Scenario, Variant
+from scenarios.unrelated import unrelated_log
+from sim.floorplans import make_world
+from sim.mission import MissionLog, cut_to_overlap, run_mission
+
+OVERLAP_WITHIN = 0.05  # of a wanted overlap
+CUTS = 4  # of a log, at the most, until its finished maps have the wanted overlap
+
+
+@dataclass(frozen=True, slots=True)
+class MissionSource:
+    """One mission to run and the pairs made from it: a `PairSource`, picklable and cheap until asked."""
+
+    suite: str
+    scenario: Scenario
+    seed: int
+
+    @property
+    def source_id(self) -> str:
+        """The scenario and the seed."""
+        return f"{self.scenario.name}-{self.seed:04d}"
+
+    @property
+    def pair_ids(self) -> tuple[str, ...]:
+        """One id per variant and noise level."""
+        return tuple(self._pair_id(variant, noise) for variant, noise in self._ways())
+
+    def mission(self) -> MissionLog:
+        """Make the building and run the mission; of unrelated maps, put A of one beside B of another."""
+        if self.scenario.kind in UNRELATED:
+            return unrelated_log(self.scenario, self._seed)
+        world = make_world(self.scenario.world, self._seed("world"))
+        return run_mission(world, self.scenario.mission, self._seed("mission"))
+
+    def pairs_of(self, log: MissionLog) -> Iterator[MapPair]:
+        """Make the pairs of a mission that has been run.
+
+        Noise and wrong poses change what a map shows: where a wanted overlap is missed by more than 0.05, the logs are
+        cut anew for a little more or less.
+
+        Raises
+        ------
+        SimulationError
+            After all others, if some pair cannot be had: no cut gives finished maps of the wanted overlap; the message
+            says what they have.
+        """
+        failures = []
+        for variant, noise in self._ways():
+            try:
+                yield self._told(self._pair(log, variant, noise), variant)
+            except SimulationError as error:
+                failures.append(f"{self._pair_id(variant, noise)}: {error}")
+        if failures:
+            raise SimulationError("; ".join(failures))
+
+    def pairs(self) -> Iterator[MapPair]:
+        """Run the mission and make its pairs."""
+        return self.pairs_of(self.mission())
+
+    def _ways(self) -> Iterator[tuple[Variant | None, int]]:
+        for variant in self.scenario.variants or (None,):
+            for noise in self.scenario.noise:
+                yield variant, noise
+
+    def _pair_id(self, variant: Variant | None, noise: int) -> str:
+        return "-".join((self.source_id, *([variant.name] if variant else []), f"n{noise}"))
+
+    def _pair(self, log: MissionLog, variant: Variant | None, noise: int) -> MapPair:
+        """Make one pair, cut to its own overlap where it wants one."""
+        wanted = self.scenario.mission.overlap
+        if variant is not None and variant.overlap is not None:
+            wanted = variant.overlap
+        if self.scenario.kind in UNRELATED or wanted is None:
+            return self._made(log, variant, noise)
+        if wanted != self.scenario.mission.overlap:
+            log = cut_to_overlap(log.whole or log, wanted)
+        pair = self._made(log, variant, noise)
+        return pair if log.whole is None else self._recut(log.whole, wanted, pair, variant, noise)
+
+    def _recut(self, whole: MissionLog, wanted: float, pair: MapPair, variant: Variant | None, noise: int) -> MapPair:
+        aim = wanted
+        for _ in range(CUTS):
+            if _is_met(pair, wanted):
+                return pair
+            aim = min(1.0, max(0.1, aim + wanted - (pair.overlap or 0.0)))
+            try:
+                pair = self._made(cut_to_overlap(whole, aim), variant, noise)
+            except SimulationError:  # the logs hold no such cut
+                break
+        shown = "too little in common" if pair.overlap is None else f"an overlap of {pair.overlap:.2f}"
+        if not _is_met(pair, wanted):
+            raise SimulationError(f"the finished maps have {shown}, wanted was {wanted:.2f}")
+        return pair
+
+    def _made(self, log: MissionLog, variant: Variant | None, noise: int) -> MapPair:
+        specs = (self.scenario.a, self.scenario.b) if variant is None else (variant.a, variant.b)
+        make: Callable[..., MapPair] = make_pair
+        if self.scenario.kind in UNRELATED:
+            make = functools.partial(make_unrelated_pair, is_mirrored=self.scenario.kind == "mirrored")
+        return make(
+            log,
+            *specs,
+            self._seed("pair"),
+            noise=noise,
+            pair_id=self._pair_id(variant, noise),
+            suite=self.suite,
+            place=f"{self.suite}/{self.source_id}",
+        )
+
+    def _told(self, pair: MapPair, variant: Variant | None) -> MapPair:
+        """Say in a pair's info what it is of."""
+        said: list[str] = [self.scenario.kind] if self.scenario.kind in UNRELATED else []
+        said += [variant.name] if variant else []
+        more = {"variant": "-".join(said)} if said else {}
+        return replace(pair, info={**pair.info, "split": self.scenario.split, **more})
+
+    def _seed(self, purpose: str) -> int:
+        """Derive a seed that scenarios and purposes do not share."""
+        key = tuple(zlib.crc32(text.encode()) for text in (self.scenario.name, purpose))
+        return int(np.random.SeedSequence(self.seed, spawn_key=key).generate_state(1)[0])
+
+
+def _is_met(pair: MapPair, wanted: float) -> bool:
+    return pair.overlap is not None and abs(pair.overlap - wanted) <= OVERLAP_WITHIN
