@@ -25,7 +25,7 @@ PAIRS, COLUMNS = 24, 4
 TILE_PX = 150  # each way, of one map
 POSES: tuple[PoseSource, ...] = get_args(PoseSource)
 PERIOD = len(FAMILIES) * len(POSES)  # after so many missions family and pose source come again
-TRIES = 4  # missions of a family and pose source, until one comes to something
+TRIES = 8  # missions of a family and pose source, until one comes to something
 SEED = 1  # not that of the pairs that are measured: what is shown was not chosen
 
 
