@@ -25,7 +25,7 @@ RESIDUAL_WITHIN = 0.02  # of the residual
 T = TypeVar("T")
 _KNOWN = {
     *("pair_id", "map_a_file_name", "map_b_file_name", "related", "pixels", "control_points", "residual_px"),
-    *("suite", "place", "overlap"),
+    *("suite", "place", "overlap", "map_a_yaml", "map_b_yaml"),
 }
 
 
@@ -33,14 +33,17 @@ _KNOWN = {
 class RowSource:
     """One checked row of a data set; its maps are read when asked.
 
-    The maps are read from the images that the row names, never from a YAML beside them, so a method sees what the
-    image tells: a resolution stays hidden, and is kept in the pair's `info` for reports.
+    The maps are read from the images that the row names, never from a YAML that merely lies beside them, so a method
+    sees what the image tells: a resolution stays hidden, and is kept in the pair's `info` for reports. Where the row
+    names a YAML by `map_a_yaml` or `map_b_yaml`, the resolution may be known, and the map is read by it.
 
     Parameters
     ----------
     folder
         The split's folder, which file names are relative to.
-    pair_id, map_a, map_b, related, pixels, control_points, residual_px, suite, place, overlap, info
+    map_a, map_b
+        The files that the maps are read from.
+    pair_id, related, pixels, control_points, residual_px, suite, place, overlap, info
         As in `MapPair`; `info` keeps every other key of the row.
     """
 
@@ -98,7 +101,7 @@ class RowSource:
 
 def is_dataset(path: str | Path) -> bool:
     """Say whether a path is a data set, or one split of it."""
-    return bool(_split_folders(Path(path), None))
+    return bool(split_folders(Path(path)))
 
 
 def dataset_name(path: str | Path) -> str:
@@ -123,14 +126,14 @@ def open_dataset(path: str | Path, *, split: str | None = None) -> list[PairSour
         If there is no such data set or split, or a row does not keep the layout; the message names file and line.
     """
     root, suite = Path(path), dataset_name(path)
-    folders = _split_folders(root, split)
+    folders = split_folders(root, split)
     if not folders:
         wanted = f"{split}/{METADATA}" if split else f"{METADATA} in it, in train/ or in test/"
         raise DatasetError(f"{root}: not a data set: there is no {wanted}")
     sources: dict[str, PairSource] = {}
     for folder in folders:
-        for place, row in _rows(folder / METADATA):
-            source = _checked(row, folder, suite, place)
+        for place, row in metadata_rows(folder / METADATA):
+            source = checked_row(row, folder, suite, place)
             if source.pair_id in sources:
                 raise DatasetError(f"{place}: pair_id {source.pair_id!r} is used twice")
             sources[source.pair_id] = source
@@ -139,41 +142,77 @@ def open_dataset(path: str | Path, *, split: str | None = None) -> list[PairSour
     return list(sources.values())
 
 
-def _split_folders(root: Path, split: str | None) -> list[Path]:
+def split_folders(root: Path, split: str | None = None) -> list[Path]:
+    """Return the folders that hold rows: of a data set, or of one split of it."""
     folders = [root / split] if split else [root, *(root / name for name in SPLITS)]
     return [folder for folder in folders if (folder / METADATA).is_file()]
 
 
-def _rows(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Read rows with their place, as ``file:line``."""
+def metadata_rows(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Read rows with their place, as ``file:line``.
+
+    Raises
+    ------
+    DatasetError
+        If the file cannot be read, or a line is no JSON object.
+    """
+    for place, line in metadata_lines(path):
+        yield place, parsed_row(line, place)
+
+
+def metadata_lines(path: Path) -> Iterator[tuple[str, str]]:
+    """Read the lines that are not empty with their place, as ``file:line``."""
     try:
-        lines = path.read_text(encoding="utf-8").split("\n")
+        with path.open(encoding="utf-8", newline="\n") as lines:
+            for number, line in enumerate(lines, start=1):
+                if line.strip():
+                    yield f"{path}:{number}", line
     except (OSError, UnicodeDecodeError) as error:
         raise DatasetError(f"{path}: cannot be read: {error}") from error
-    for number, line in enumerate(lines, start=1):
-        if not line.strip():
-            continue
-        place = f"{path}:{number}"
-        try:
-            row = json.loads(line)
-        except ValueError as error:
-            raise DatasetError(f"{place}: not JSON: {error}") from error
-        if not isinstance(row, dict):
-            raise DatasetError(f"{place}: a row is an object, got {type(row).__name__}")
-        yield place, row
 
 
-def _checked(row: dict[str, Any], folder: Path, suite: str, place: str) -> RowSource:
-    """Turn a row into a source, or say where and why not."""
+def parsed_row(line: str, place: str) -> dict[str, Any]:
+    """Parse a row, or say where and why it is none."""
+    try:
+        row = json.loads(line)
+    except ValueError as error:
+        raise DatasetError(f"{place}: not JSON: {error}") from error
+    if not isinstance(row, dict):
+        raise DatasetError(f"{place}: a row is an object, got {type(row).__name__}")
+    return row
+
+
+def checked_row(row: dict[str, Any], folder: Path, suite: str, place: str) -> RowSource:
+    """Turn a row into a source, or say where and why not.
+
+    Parameters
+    ----------
+    row
+        As it was read.
+    folder
+        The split's folder.
+    suite
+        The data set's name, for rows that tell no suite.
+    place
+        ``file:line``, for messages.
+
+    Raises
+    ------
+    DatasetError
+        If the row does not keep the layout.
+    """
     try:
         related = _typed(row, "related", bool)
         _check_resolutions(row)
         pixels, points, residual = _truth(row) if related else _no_truth(row)
+        images = {name: _map_file(row, f"map_{name}_file_name", folder) for name in "ab"}
+        known = {name: f"map_{name}_yaml" for name in "ab" if row.get(f"map_{name}_yaml")}
+        maps = images | {name: _map_file(row, key, folder) for name, key in known.items()}
         return RowSource(
             folder=folder,
             pair_id=_typed(row, "pair_id", str),
-            map_a=_map_file(row, "map_a_file_name", folder),
-            map_b=_map_file(row, "map_b_file_name", folder),
+            map_a=maps["a"],
+            map_b=maps["b"],
             related=related,
             pixels=pixels,
             control_points=points,
