@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Annotated
 
@@ -28,22 +29,21 @@ def generate(
     Interrupted and called again with the same words it goes on where it was; the files are the same as if it had not
     been interrupted, whatever the number of workers. A pair that cannot be made is named in dataset_info.json.
     """
-    from scenarios import generate as making
     from scenarios.executors import local_workers
+    from scenarios.generate import generate as generate_suite
+    from scenarios.generate import plan, told
     from scenarios.scenario import load_suite
 
     suite = load_suite(name)
-    total = sum(job.count for job in making.plan(suite, pairs=pairs, seed=seed))
-    wanted = {"pairs": pairs, "seed": seed, "force": force}
+    total = sum(job.count for job in plan(suite, pairs=pairs, seed=seed))
+    making = functools.partial(generate_suite, suite, output, pairs=pairs, seed=seed, force=force)
     try:
         with local_workers(workers) as executor, progress(total, quiet) as advance:
-            info = making.generate(
-                suite, output, **wanted, executor=executor, on_done=lambda count: advance(count, "pairs")
-            )
+            info = making(executor=executor, on_done=lambda count: advance(count, "pairs"))
     except KeyboardInterrupt:
         console.say(f"{output}: what was made is kept; the same command (without --force) goes on")
         raise
-    typer.echo(making.told(info, as_json=as_json))
+    typer.echo(told(info, as_json=as_json))
     typer.echo(f"written: {output}", err=as_json)
 
 

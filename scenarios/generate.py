@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import count
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 from rectmerge.errors import InputError
 from rectmerge.resultfolder import to_json
@@ -20,7 +20,6 @@ from scenarios.scenario import Seeds
 
 SCHEMA = "rectmerge.dataset/1"
 SEED_STRIDE = 1_000_000  # seeds of a suite between two seeds of data sets
-T = TypeVar("T")
 
 
 class PairSuite(Protocol):
@@ -72,7 +71,7 @@ def generate(
     pairs
         As many of the suite's pairs, from the first on; when they run out it goes on with further seeds. None is all.
     seed
-        Of the data set: adds a million times as much to every seed of the suite, so two seeds have no building in common.
+        Of the data set: adds a million times as much to every seed of the suite, so two data sets share no building.
     executor
         Where the pairs are made; None is this process.
     force
@@ -151,7 +150,8 @@ def _sources(suite: PairSuite, shift: int, *, endless: bool) -> Iterator[PairSou
     for lap in count():
         if (lap + 1) * period > SEED_STRIDE:
             raise InputError(f"{suite.name}: its seeds run out; make several data sets with different --seed")
-        yield from _shifted(suite, shift + lap * period).sources()
+        shifted: PairSuite = _shifted(suite, shift + lap * period)
+        yield from shifted.sources()
         if not endless:
             return
 
@@ -160,31 +160,25 @@ def _seeds_end(value: Any) -> int:
     """Return the first seed beyond those that a suite names, wherever it names them."""
     if isinstance(value, Seeds):
         return value.first + value.count
-    inner = (
-        value
-        if isinstance(value, tuple)
-        else [getattr(value, f.name) for f in fields(value)]
-        if _is_data(value)
-        else []
-    )
+    inner = value if isinstance(value, tuple) else _parts(value).values()
     return max(map(_seeds_end, inner), default=0)
 
 
-def _shifted(value: T, by: int) -> T:
+def _shifted(value: Any, by: int) -> Any:
     """Add to every seed that a suite names."""
     if isinstance(value, Seeds):
         return replace(value, first=value.first + by)
     if isinstance(value, tuple):
-        return type(value)(_shifted(item, by) for item in value)
-    if not _is_data(value):
-        return value
-    parts: dict[str, Any] = {f.name: getattr(value, f.name) for f in fields(value)}
-    new = {name: _shifted(part, by) for name, part in parts.items()}
-    return replace(value, **{name: part for name, part in new.items() if part is not parts[name]})
+        return tuple(_shifted(item, by) for item in value)
+    changed = {name: new for name, part in _parts(value).items() if (new := _shifted(part, by)) != part}
+    return replace(value, **changed) if changed else value
 
 
-def _is_data(value: Any) -> bool:
-    return is_dataclass(value) and not isinstance(value, type)
+def _parts(value: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass; nothing else has any."""
+    if not is_dataclass(value):
+        return {}
+    return {f.name: getattr(value, f.name) for f in fields(value)}
 
 
 def _identity(suite: PairSuite, *, pairs: int | None, seed: int) -> dict[str, Any]:
