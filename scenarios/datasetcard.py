@@ -48,19 +48,19 @@ reason. {discarded} tries at a mission were discarded before one succeeded; it t
 ```python
 from datasets import load_dataset
 
-pairs = load_dataset("imagefolder", data_dir="{folder}")["test"]  # map_a and map_b are images
+pairs = load_dataset("imagefolder", data_dir="{folder}")["{split}"]  # map_a and map_b are images
 ```
 
 ```python
 import pandas as pd
 
-rows = pd.read_json("{folder}/test/metadata.jsonl", lines=True)
+rows = pd.read_json("{folder}/{split}/metadata.jsonl", lines=True)
 ```
 
 ```python
 import rectmerge as rm
 
-a = rm.read_map("{folder}/test/maps/000000_a.png")  # or any other reader of images or ROS maps
+a = rm.read_map("{folder}/{sample}")  # or any other reader of images or ROS maps
 ```
 
 `rectbench run {folder} -m robust -o run` puts a method to every pair, and `rectbench verify {folder}` recomputes
@@ -81,7 +81,7 @@ checksums and truth.
 | `overlap` | shared free area over the smaller of the two free areas |
 | `resolution_a`, `resolution_b` | metres per cell; hidden from methods where there is no YAML |
 | `world` | the building at 5 cm per cell, a ROS map |
-| `noise`, `pose_source`, `bent`, ... | how the maps were made; a text is empty where there is nothing to tell |
+| `noise`, `pose_source`, `bent`, ... | how the maps were made; empty where there is nothing to tell |
 """
 
 
@@ -92,13 +92,15 @@ class _Line(NamedTuple):
     start: int
 
 
-def card(info: Mapping[str, Any], folder: str = "DATASET") -> str:
+def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> str:
     """Write the card.
 
     Parameters
     ----------
     info
         The content of ``dataset_info.json``: suite, seed, title, description, splits, discarded, failed.
+    sample
+        One of its maps, by its path in the data set.
     folder
         What the card calls the data set's folder.
     """
@@ -111,6 +113,8 @@ def card(info: Mapping[str, Any], folder: str = "DATASET") -> str:
         description=" ".join(str(info.get("description", "")).split()),
         files="\n".join(f"  - split: {name}\n    path: {name}/**" for name in splits),
         picture=PICTURE,
+        sample=sample,
+        split=sample.partition("/")[0],
         command=command if info["pairs"] is None else f"{command} --pairs {info['pairs']}",
         splits="\n".join(f"| {name} | {told['pairs']} | {told['related']} |" for name, told in splits.items()),
         failed=len(info["failed"]),

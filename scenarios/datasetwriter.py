@@ -120,7 +120,7 @@ class DataSetWriter:
         info |= {"discarded": {"count": found.discarded.total(), "reasons": dict(sorted(found.discarded.items()))}}
         info |= {"failed": sorted(found.failed, key=lambda one: str(one["pair_id"]))}
         replace_file(self.folder / PICTURE, picture(self.folder))
-        replace_file(self.folder / CARD, card(info).encode())
+        replace_file(self.folder / CARD, card(info, min(path for path in found.checksums if "/maps/" in path)).encode())
         tops = (*(f"{split}/{METADATA}" for split in info["splits"]), CARD, PICTURE)
         sums = found.checksums | {name: checksum(self.folder / name) for name in tops}
         info["checksums"] = dict(sorted(sums.items()))
@@ -158,7 +158,7 @@ class DataSetWriter:
         return set()
 
     def _write_split(self, split: str, found: _Found) -> dict[str, int]:
-        """Write a split's rows: the related pairs first, as their columns are all filled, each kind by id."""
+        """Write a split's rows: the related pairs first, as `Columns` has it, each kind by id."""
         places = sorted(place for place in found.places if place.split == split)
         if not places:
             return {}

@@ -134,9 +134,7 @@ def plan(suite: PairSuite, *, pairs: int | None = None, seed: int = 0) -> list[J
         if pairs is not None and first >= pairs:
             break
         if source.source_id in names:
-            raise InputError(
-                f"{suite.name}: there are only {first} different pairs, and {source.source_id} comes again"
-            )
+            raise InputError(f"{suite.name}: there are only {first} pairs; {source.source_id} comes again")
         names.add(source.source_id)
         most = len(source.pair_ids)
         jobs.append(Job(source=source, first=first, count=most if pairs is None else min(most, pairs - first)))
