@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rectmerge.picture import beside
 from scenarios.contactsheet import paletted_png, strip
-from scenarios.dataset import METADATA, checked_row, parsed_row, split_folders
+from scenarios.dataset import RowSource, split_folders
+from scenarios.metadata import metadata_lines
 from scenarios.pairs import MapPair
 
 CARD, PICTURE = "README.md", "pairs.png"
@@ -85,13 +86,6 @@ checksums and truth.
 """
 
 
-class _Line(NamedTuple):
-    """A row by the split's folder and where its line begins."""
-
-    folder: Path
-    start: int
-
-
 def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> str:
     """Write the card.
 
@@ -125,26 +119,11 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
 
 def picture(dataset: Path) -> bytes:
     """Draw some pairs of a data set, evenly chosen, as a PNG: A, B, and B on A by the truth."""
-    lines = [line for folder in split_folders(dataset) for line in _lines(folder)]
-    pairs = [pair for line in lines[:: -(-len(lines) // PAIRS)] for pair in _pairs(line)]
+    places = [(folder, line.start) for folder in split_folders(dataset) for line in metadata_lines(folder)]
+    chosen = places[:: -(-len(places) // PAIRS)]
+    rows = [RowSource(folder=folder, start=start, suite="", pair_id="").row() for folder, start in chosen]
+    pairs = [row.pair() for row in rows]
     return paletted_png(beside([strip(pair) for pair in pairs], [_caption(pair) for pair in pairs], columns=COLUMNS))
-
-
-def _lines(folder: Path) -> Iterator[_Line]:
-    """List where the rows of a split begin, without keeping them."""
-    start = 0
-    with (folder / METADATA).open("rb") as rows:
-        for row in rows:
-            yield _Line(folder, start)
-            start += len(row)
-
-
-def _pairs(line: _Line) -> Iterator[MapPair]:
-    place = f"{line.folder / METADATA}, byte {line.start}"
-    with (line.folder / METADATA).open("rb") as rows:
-        rows.seek(line.start)
-        row = parsed_row(rows.readline().decode(), place)
-    return checked_row(row, line.folder, "", place).pairs()
 
 
 def _caption(pair: MapPair) -> str:

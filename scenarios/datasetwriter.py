@@ -14,9 +14,10 @@ from rectmerge.errors import InputError
 from rectmerge.imagefile import replace_file
 from scenarios.bench import write_json
 from scenarios.columns import Columns
-from scenarios.dataset import METADATA, SPLITS
+from scenarios.dataset import SPLITS
 from scenarios.datasetcard import CARD, PICTURE, card, picture
 from scenarios.journal import Journal
+from scenarios.metadata import METADATA
 from scenarios.packing import Package
 
 INFO, JOURNAL = "dataset_info.json", "unfinished.jsonl"
@@ -168,7 +169,7 @@ class DataSetWriter:
             with part.open("w", encoding="utf-8") as file:
                 for place in places:
                     row = self._journal.entry_at(place.start)["rows"][place.nth]
-                    file.write(json.dumps(found.columns.fitted(row), allow_nan=False) + "\n")
+                    file.write(_line(found.columns.fitted(row)))
             part.replace(path)
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror}") from None
@@ -223,6 +224,11 @@ def finished_info(folder: str | Path) -> dict[str, Any] | None:
     if not isinstance(info, dict):
         raise InputError(f"{path / INFO}: must be an object, got {type(info).__name__}")
     return info
+
+
+def _line(row: Mapping[str, Any]) -> str:
+    """Return a row as JSON without spaces: most of it are numbers, a thousand and more."""
+    return json.dumps(row, allow_nan=False, separators=(",", ":")) + "\n"
 
 
 def checksum(path: Path) -> str:

@@ -14,8 +14,9 @@ from rectmerge.errors import DatasetError, InputError, RectMergeError
 from rectmerge.mapfile import map_files, read_map
 from rectmerge.overlap import measure_agreement
 from rectmerge.similarity import Similarity
-from scenarios.dataset import METADATA, checked_row, dataset_name, metadata_lines, parsed_row, split_folders
+from scenarios.dataset import dataset_name, split_folders
 from scenarios.datasetwriter import checksum, finished_info
+from scenarios.metadata import METADATA, Line, checked_row, metadata_lines, parsed_row
 
 FIT_WITHIN_PX = 0.05  # of the least-squares fit, on the control points: numbers in rows are rounded
 OVERLAP_WITHIN = 0.01
@@ -75,8 +76,8 @@ def verify(dataset: str | Path, on_pair: Callable[[], None] = lambda: None) -> V
     checksums: dict[str, str] = (info or {}).get("checksums", {})
     faults = list(_wrong_files(root, checksums))
     for folder in folders:
-        for place, line in metadata_lines(folder / METADATA):
-            faults += [f"{place}: {fault}" for fault in _wrong_in_line(line, folder, place, dataset_name(root), seen)]
+        for line in metadata_lines(folder):
+            faults += [f"{line.place}: {fault}" for fault in _wrong_in_line(line, folder, dataset_name(root), seen)]
             seen.pairs += 1
             on_pair()
     faults += _wrong_counts(root, info, folders)
@@ -86,7 +87,7 @@ def verify(dataset: str | Path, on_pair: Callable[[], None] = lambda: None) -> V
 
 def row_count(dataset: str | Path) -> int:
     """Count the rows of a data set."""
-    return sum(1 for folder in split_folders(Path(dataset)) for _ in metadata_lines(folder / METADATA))
+    return sum(1 for folder in split_folders(Path(dataset)) for _ in metadata_lines(folder))
 
 
 def _wrong_files(root: Path, checksums: dict[str, str]) -> Iterator[str]:
@@ -100,24 +101,23 @@ def _wrong_files(root: Path, checksums: dict[str, str]) -> Iterator[str]:
 
 def _wrong_counts(root: Path, info: dict[str, Any] | None, folders: list[Path]) -> Iterator[str]:
     for split, told in (info or {}).get("splits", {}).items():
-        found = sum(1 for folder in folders if folder.name == split for _ in metadata_lines(folder / METADATA))
+        found = sum(1 for folder in folders if folder.name == split for _ in metadata_lines(folder))
         if found != told["pairs"]:
             yield f"{root / split / METADATA}: has {found} rows, dataset_info.json tells {told['pairs']}"
 
 
-def _wrong_in_line(line: str, folder: Path, place: str, suite: str, seen: _Seen) -> Iterator[str]:
+def _wrong_in_line(line: Line, folder: Path, suite: str, seen: _Seen) -> Iterator[str]:
     """Say what is wrong with a row and its maps."""
     try:
-        row = parsed_row(line, place)
-        source = checked_row(row, folder, suite, place)
-        (pair,) = source.pairs()
+        row = parsed_row(line)
+        pair = checked_row(row, folder, suite, line.place).pair()
     except RectMergeError as error:
-        yield str(error).removeprefix(f"{place}: ")
+        yield str(error).removeprefix(f"{line.place}: ")
         return
-    if (first := seen.pair_ids.setdefault(pair.pair_id, place)) != place:
+    if (first := seen.pair_ids.setdefault(pair.pair_id, line.place)) != line.place:
         yield f"pair_id {pair.pair_id!r} is used in {first} too"
     for key in ("place", "world"):
-        split, where = seen.buildings.setdefault(f"{key} {row.get(key)!r}", (folder.name, place))
+        split, where = seen.buildings.setdefault(f"{key} {row.get(key)!r}", (folder.name, line.place))
         if row.get(key) and split != folder.name:
             yield f"{key} {row[key]!r} is in the split {split} too ({where})"
     for name in "ab":
