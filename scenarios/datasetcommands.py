@@ -35,7 +35,7 @@ def generate(
     from scenarios.scenario import load_suite
 
     suite = load_suite(name)
-    total = sum(job.count for job in plan(suite, pairs=pairs, seed=seed))
+    total = pairs or sum(job.count for job in plan(suite, seed=seed))
     making = functools.partial(generate_suite, suite, output, pairs=pairs, seed=seed, force=force)
     try:
         with local_workers(workers) as executor, progress(total, quiet) as advance:

@@ -32,7 +32,7 @@ class DataSetWriter:
     """Writes a data set, and goes on with one that was interrupted.
 
     What is written lies in ``unfinished.jsonl``, a line for each source, until `finish` sorts it into the splits. A
-    line is added when a source's files are there; `done` are the sources that need not be made again.
+    line is added when a source's files are there; `done` are the sources that need not be made again, with their pairs.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class DataSetWriter:
         sums = {path: hashlib.sha256(data).hexdigest() for path, data in package.files.items()}
         line = {"source": package.source_id, "rows": package.rows, "files": sums}
         self._journal.append({**line, "discarded": package.discarded, "failed": package.failed})
-        self.done.add(package.source_id)
+        self.done[package.source_id] = len(package.rows) + len(package.failed)
 
     def finish(self, about: Mapping[str, Any]) -> dict[str, Any]:
         """Write the splits, the card and ``dataset_info.json``, and drop the journal.
@@ -141,7 +141,7 @@ class DataSetWriter:
         elif held := next(self.folder.iterdir(), None):
             raise InputError(f"{self.folder}: holds something else ({held.name}); name another folder")
 
-    def _begin(self, *, force: bool) -> set[str]:
+    def _begin(self, *, force: bool) -> dict[str, int]:
         """Go on where an earlier call was interrupted, or start anew."""
         for part in (path for folder in FOLDERS for path in self.folder.glob(f"{folder}.*.part")):
             part.unlink()
@@ -151,12 +151,12 @@ class DataSetWriter:
             if head != self.identity:
                 differs = ", ".join(key for key in self.identity if head.get(key) != self.identity[key])
                 raise InputError(f"{self.folder}: holds an unfinished data set of another {differs}; --force clears it")
-            return {entry["source"] for entry in entries}
+            return {entry["source"]: len(entry["rows"]) + len(entry["failed"]) for entry in entries}
         for path in (path for pattern in OWN for path in self.folder.glob(pattern)):
             path.unlink()
         self._journal.clear()
         self._journal.append(self.identity)
-        return set()
+        return {}
 
     def _write_split(self, split: str, found: _Found) -> dict[str, int]:
         """Write a split's rows: the related pairs first, as `Columns` has it, each kind by id."""

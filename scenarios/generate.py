@@ -94,15 +94,14 @@ def generate(
     The files are the same, byte for byte, whatever the executor and however often it was interrupted. A pair that could
     not be made is told in ``dataset_info.json`` with the reason.
     """
-    jobs = plan(suite, pairs=pairs, seed=seed)
     identity = _identity(suite, pairs=pairs, seed=seed)
     if not force and (info := finished_info(out)) and all(info.get(key) == identity[key] for key in identity):
-        on_done(sum(job.count for job in jobs))
+        on_done(sum(part["pairs"] for part in info["splits"].values()) + len(info["failed"]))
         return info
     with DataSetWriter(out, identity, force=force) as writer:
-        left = [job for job in jobs if job.source.source_id not in writer.done]
-        on_done(sum(job.count for job in jobs) - sum(job.count for job in left))
-        for package in _packages(executor, left):
+        on_done(sum(writer.done.values()))
+        jobs = plan(suite, pairs=pairs, seed=seed)
+        for package in _packages(executor, [job for job in jobs if job.source.source_id not in writer.done]):
             writer.write(package)
             on_done(len(package.rows) + len(package.failed))
         return writer.finish({"title": suite.title, "description": suite.description})
@@ -117,36 +116,30 @@ def told(info: Mapping[str, Any], *, as_json: bool = False) -> str:
     return "\n".join([*failed, f"{splits}; {len(failed)} could not be made; {len(info['checksums'])} files"])
 
 
-def plan(suite: PairSuite, *, pairs: int | None = None, seed: int = 0) -> list[Job]:
-    """List what is to be made, in the order in which it is numbered.
+def plan(suite: PairSuite, *, pairs: int | None = None, seed: int = 0) -> Iterator[Job]:
+    """Yield what is to be made, in the order in which it is numbered.
 
     Raises
     ------
     InputError
-        If there are not that many pairs, or two sources have one name.
+        If there are not that many pairs.
     """
     if seed < 0 or (pairs is not None and pairs < 1):
         raise InputError(f"a data set needs seed >= 0 and pairs >= 1, got {seed} and {pairs}")
-    jobs: list[Job] = []
-    names: set[str] = set()
     first = 0
     for source in _sources(suite, seed * SEED_STRIDE, endless=pairs is not None):
         if pairs is not None and first >= pairs:
-            break
-        if source.source_id in names:
-            raise InputError(f"{suite.name}: there are only {first} pairs; {source.source_id} comes again")
-        names.add(source.source_id)
+            return
         most = len(source.pair_ids)
-        jobs.append(Job(source=source, first=first, count=most if pairs is None else min(most, pairs - first)))
+        yield Job(source=source, first=first, count=most if pairs is None else min(most, pairs - first))
         first += most
-    return jobs
 
 
 def _sources(suite: PairSuite, shift: int, *, endless: bool) -> Iterator[PairSource]:
     """Yield the sources of a suite with its seeds shifted, then with the next seeds that it does not use, and so on."""
     period = _seeds_end(suite)
     for lap in count():
-        if (lap + 1) * period > SEED_STRIDE:
+        if (lap + 1) * period > SEED_STRIDE or (lap and not period):
             raise InputError(f"{suite.name}: its seeds run out; make several data sets with different --seed")
         shifted: PairSuite = _shifted(suite, shift + lap * period)
         yield from shifted.sources()

@@ -13,6 +13,7 @@ from rectmerge.mapfile import read_map
 from scenarios.bench import read_rows
 from scenarios.cli import app
 from scenarios.dataset import open_dataset
+from scenarios.datasetwriter import DataSetWriter
 from scenarios.executors import local_workers
 from scenarios.generate import SEED_STRIDE, generate, plan
 from scenarios.scenario import Seeds, load_suite
@@ -160,13 +161,13 @@ def test_the_first_pairs_are_those_of_the_whole_and_more_than_there_are_take_fur
     first = contents(tmp_path / "first")
     assert len(open_dataset(tmp_path / "first")) == 3
     assert all(contents(made)[name] == data for name, data in first.items() if "/maps/" in name)
-    more = plan(SUITE, pairs=11)
+    more = list(plan(SUITE, pairs=11))
     assert [job.source.seed for job in more] == [0, 1, 2, 3, 4, 5]
     assert [(job.first, job.count) for job in more[-2:]] == [(8, 2), (10, 1)]
 
 
 def test_another_seed_takes_other_seeds_of_every_scenario():
-    shifted = plan(load_suite("smoke"), seed=2)
+    shifted = list(plan(load_suite("smoke"), seed=2))
 
     assert [job.source.seed - 2 * SEED_STRIDE for job in shifted] == [
         job.source.seed for job in plan(load_suite("smoke"))
@@ -190,6 +191,27 @@ def test_a_folder_with_something_else_is_refused_even_with_force(tmp_path):
     with pytest.raises(InputError, match=r"holds something else \(README.md\)"):
         generate(SUITE, tmp_path, force=True)
     assert contents(tmp_path) == {"README.md": b"mine"}
+
+
+@pytest.mark.parametrize(("pairs", "seed"), [(0, 0), (1, -1)])
+def test_no_pairs_and_no_seed_are_refused(pairs, seed):
+    with pytest.raises(InputError, match="pairs >= 1"):
+        next(plan(SUITE, pairs=pairs, seed=seed))
+
+
+def test_seeds_do_not_run_into_those_of_the_next_data_set():
+    wide = TinySuite(seeds=Seeds(first=SEED_STRIDE - 2, count=3))
+
+    with pytest.raises(InputError, match="seeds run out"):
+        next(plan(wide))
+
+
+def test_a_second_process_is_refused(tmp_path):
+    generate(SUITE, tmp_path / "set", pairs=1)
+    first = DataSetWriter(tmp_path / "set", {"suite": "mine"}, force=True)
+
+    with first, pytest.raises(InputError, match="another process is writing"):
+        generate(SUITE, tmp_path / "set", force=True)
 
 
 def test_an_unfinished_data_set_of_another_seed_is_refused(tmp_path, monkeypatch):
