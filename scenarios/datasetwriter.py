@@ -150,7 +150,9 @@ class DataSetWriter:
         if head is not None and not force:
             if head != self.identity:
                 differs = ", ".join(key for key in self.identity if head.get(key) != self.identity[key])
-                raise InputError(f"{self.folder}: holds an unfinished data set of another {differs}; --force clears it")
+                raise InputError(
+                    f"{self.folder}: holds an unfinished data set that differs in {differs}; --force clears it"
+                )
             return {entry["source"]: len(entry["rows"]) + len(entry["failed"]) for entry in entries}
         for path in (path for pattern in OWN for path in self.folder.glob(pattern)):
             path.unlink()

@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import DatasetError, InputError, RectMergeError
+from rectmerge.grid import pixels_to_map_frame
 from rectmerge.mapfile import map_files, read_map
 from rectmerge.overlap import measure_agreement
 from rectmerge.similarity import Similarity
 from scenarios.dataset import dataset_name, split_folders
-from scenarios.datasetwriter import checksum, finished_info
+from scenarios.datasetwriter import JOURNAL, checksum, finished_info
 from scenarios.metadata import METADATA, Line, checked_row, metadata_lines, parsed_row
+from scenarios.pairs import MapPair
 
 FIT_WITHIN_PX = 0.05  # of the least-squares fit, on the control points: numbers in rows are rounded
 OVERLAP_WITHIN = 0.01
@@ -65,11 +67,13 @@ def verify(dataset: str | Path, on_pair: Callable[[], None] = lambda: None) -> V
     Raises
     ------
     DatasetError
-        If there is no data set.
+        If there is no data set, or an unfinished one.
     InputError
         If ``dataset_info.json`` cannot be read.
     """
     root = Path(dataset)
+    if (root / JOURNAL).is_file():
+        raise DatasetError(f"{root}: is unfinished; the same `rectbench generate` again goes on with it")
     if not (folders := split_folders(root)):
         raise DatasetError(f"{root}: not a data set: there is no {METADATA} in it, in train/ or in test/")
     info, seen = finished_info(root), _Seen()
@@ -124,6 +128,7 @@ def _wrong_in_line(line: Line, folder: Path, suite: str, seen: _Seen) -> Iterato
         yield from _wrong_map(row, name, folder)
     if pair.pixels is not None and pair.control_points is not None:
         yield from _wrong_fit(pair.pixels, pair.control_points)
+        yield from _wrong_frames(row.get("b_to_a"), pair, pair.pixels)
         if row.get("overlap") is not None:
             found = measure_agreement(pair.a, pair.b, pair.pixels).overlap
             if abs(found - row["overlap"]) > OVERLAP_WITHIN:
@@ -139,6 +144,21 @@ def _wrong_fit(pixels: Similarity, points: NDArray[np.float64]) -> Iterator[str]
     off = float(np.hypot(*(fitted.apply(points[:, 2:]) - pixels.apply(points[:, 2:])).T).max())
     if off > FIT_WITHIN_PX:
         yield f"pixels is not the least-squares fit to control_points: up to {off:.3f} pixels off"
+
+
+def _wrong_frames(told: Any, pair: MapPair, pixels: Similarity) -> Iterator[str]:
+    """Check `b_to_a` where it is between the frames that the maps are read in."""
+    if not isinstance(told, dict) or told.get("unit") != pair.a.unit:
+        return
+    try:
+        b_to_a = Similarity(told["scale"], told["angle_rad"], *told["translation"])
+    except (KeyError, TypeError, InputError):
+        yield f"b_to_a must have scale, angle_rad and translation, got {told!r:.60}"
+        return
+    corners = pair.b.pixel_to_map([[0, 0], [pair.b.shape[1], pair.b.shape[0]]])
+    off = b_to_a.apply(corners) - pixels_to_map_frame(pixels, pair.a, pair.b).apply(corners)
+    if (cells := float(np.hypot(*off.T).max()) / pair.a.cell_size) > FIT_WITHIN_PX:
+        yield f"b_to_a does not say what pixels says: up to {cells:.3f} cells off"
 
 
 def _wrong_map(row: dict[str, Any], name: str, folder: Path) -> Iterator[str]:

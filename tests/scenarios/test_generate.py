@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rectmerge import console
-from rectmerge.errors import InputError
+from rectmerge.errors import DatasetError, InputError
 from rectmerge.mapfile import read_map
 from scenarios.bench import read_rows
 from scenarios.cli import app
@@ -214,14 +214,19 @@ def test_a_second_process_is_refused(tmp_path):
         generate(SUITE, tmp_path / "set", force=True)
 
 
-def test_an_unfinished_data_set_of_another_seed_is_refused(tmp_path, monkeypatch):
+def test_an_unfinished_data_set_is_finished_by_the_same_call_only(tmp_path, made, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr("scenarios.datasetwriter.picture", lambda folder: 1 / 0)
         with pytest.raises(ZeroDivisionError):
             generate(SUITE, tmp_path / "set")
 
-    with pytest.raises(InputError, match="unfinished data set of another seed"):
+    with pytest.raises(InputError, match="unfinished data set that differs in seed"):
         generate(SUITE, tmp_path / "set", seed=1)
+    with pytest.raises(DatasetError, match="is unfinished"):
+        verify(tmp_path / "set")
+
+    generate(SUITE, tmp_path / "set")
+    assert contents(tmp_path / "set") == contents(made)
 
 
 @pytest.mark.parametrize(

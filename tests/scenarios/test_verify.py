@@ -54,7 +54,15 @@ def test_without_its_info_a_data_set_is_checked_but_for_checksums(made):
 FIT = {"pixels": [[1, 0, 7.2], [0, 1, 4]], "control_points": [[7, 4, 0, 0], [17, 4, 10, 0], [7, 14, 0, 10]]}
 WRONG = {
     "overlap": ({"overlap": 0.2}, "overlap is 0.2, but under the truth the maps have 1."),
-    "fit": ({**FIT, "residual_px": 0.2}, "not the least-squares fit to control_points: up to 0.200 pixels off"),
+    "fit": (
+        {**FIT, "residual_px": 0.2, "b_to_a": None},
+        "not the least-squares fit to control_points: up to 0.200 pixels off",
+    ),
+    "frames": (
+        {"b_to_a": {"scale": 1.0, "angle_rad": 0.0, "translation": [0.0, 0.0], "unit": "cells"}},
+        "b_to_a does not say what pixels says",
+    ),
+    "no frames": ({"b_to_a": {"unit": "cells"}}, "b_to_a must have scale"),
     "residual": ({"residual_px": 3.0}, "residual_px is 3.0, but pixels leave"),
     "resolution": ({"resolution_b": 0.06}, "resolution_b is 0.06, 000004_b.yaml tells 0.05"),
     "map": ({"map_a_file_name": "maps/none.png"}, "no file 'maps/none.png'"),
