@@ -94,7 +94,7 @@ def generate(
     The files are the same, byte for byte, whatever the executor and however often it was interrupted. A pair that could
     not be made is told in ``dataset_info.json`` with the reason.
     """
-    identity = _identity(suite, pairs=pairs, seed=seed)
+    identity = identity_of(suite, pairs=pairs, seed=seed)
     if not force and (info := finished_info(out)) and all(info.get(key) == identity[key] for key in identity):
         on_done(sum(part["pairs"] for part in info["splits"].values()) + len(info["failed"]))
         return info
@@ -172,8 +172,8 @@ def _parts(value: Any) -> dict[str, Any]:
     return {f.name: getattr(value, f.name) for f in fields(value)}
 
 
-def _identity(suite: PairSuite, *, pairs: int | None, seed: int) -> dict[str, Any]:
-    """What the bytes of a data set depend on."""
+def identity_of(suite: PairSuite, *, pairs: int | None, seed: int) -> dict[str, Any]:
+    """Return what the bytes of a data set depend on, as plain data."""
     machine = describe_machine()
     versions = {"python": machine["python"], **machine["packages"], "commit": machine["commit"]}
     content = hashlib.sha256(repr(suite).encode()).hexdigest()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import tempfile
+import io
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
@@ -12,10 +12,12 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
+from PIL import Image
 
-from rectmerge.errors import MapFileError, SimulationError
+from rectmerge.errors import InputError, MapFileError, SimulationError
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
-from rectmerge.mapfile import read_map, write_map
+from rectmerge.levels import infer_levels
+from rectmerge.mapfile import encode_map
 from rectmerge.resultfolder import plain
 from scenarios.dataset import SPLITS
 from scenarios.executors import attempt
@@ -106,6 +108,8 @@ def pack_pairs(
     if log is not None:
         package.discarded.extend(log.discarded)
     for pair in pairs:
+        if pair.pair_id not in source.pair_ids:
+            raise InputError(f"{pair.pair_id!r} is not in the pairs of {source.source_id}")
         number = first + source.pair_ids.index(pair.pair_id)
         row, files = _packed(pair, number, log)
         package.files.update(files)
@@ -127,7 +131,7 @@ def _packed(pair: MapPair, number: int, log: MissionLog | None) -> tuple[Metadat
     files: dict[str, bytes] = {}
     for name, grid in (("a", pair.a), ("b", pair.b)):
         path = f"maps/{number:06d}_{name}"
-        image, header = _encoded(grid, Path(path).name)
+        image, header = _encoded(grid, f"{number:06d}_{name}.png")
         row[f"map_{name}_file_name"], row[f"map_{name}_yaml"] = f"{path}.png", ""
         files[f"{split}/{path}.png"] = image
         if grid.resolution is not None:
@@ -175,30 +179,25 @@ def _rounded(value: Any) -> Any:
     return round(value, DIGITS) if isinstance(value, float) else value
 
 
-def _encoded(grid: OccupancyGrid, stem: str) -> tuple[bytes, bytes]:
-    """Return a map as the bytes of its PNG and its YAML, written and read back by what everybody reads maps with.
+def _encoded(grid: OccupancyGrid, image_name: str) -> tuple[bytes, bytes]:
+    """Encode a map as a PNG and a YAML.
 
     Raises
     ------
     MapFileError
         If the image alone does not tell the cells as they are.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        header = Path(folder) / f"{stem}.yaml"
-        image = header.with_suffix(".png")
-        write_map(grid, header, image_suffix=".png")
-        if not np.array_equal(read_map(image).occupancy, grid.occupancy):
-            raise MapFileError(f"{image.name}: the map's grey levels cannot be told from its image alone")
-        return image.read_bytes(), header.read_bytes()
+    image, header = encode_map(grid, image_name)
+    grey = np.asarray(Image.open(io.BytesIO(image)))
+    if not np.array_equal(infer_levels(grey).classify(grey), grid.occupancy):
+        raise MapFileError(f"{image_name}: what its grey levels mean cannot be told from the image alone")
+    return image, header
 
 
 def _building(log: MissionLog) -> tuple[str, dict[str, bytes]]:
     """Draw the building of a mission at the height of A's laser, under a name that tells buildings apart."""
     raster = log.world.raster(WORLD_M, height_m=log.spec.a.lidar.height_m)
     digest = hashlib.sha256(str(raster.shape).encode() + raster.occupancy.tobytes()).hexdigest()[:12]
-    stem = f"{log.world.family or 'world'}-{digest}"
-    with tempfile.TemporaryDirectory() as folder:
-        header = Path(folder) / f"{stem}.yaml"
-        write_map(raster, header, image_suffix=".png")
-        files = {f"worlds/{stem}{suffix}": header.with_suffix(suffix).read_bytes() for suffix in (".png", ".yaml")}
-    return f"worlds/{stem}.png", files
+    stem = f"worlds/{log.world.family or 'world'}-{digest}"
+    image, header = encode_map(raster, f"{Path(stem).name}.png")
+    return f"{stem}.png", {f"{stem}.png": image, f"{stem}.yaml": header}
