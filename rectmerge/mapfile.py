@@ -131,9 +131,24 @@ def write_map(grid: OccupancyGrid, path: str | os.PathLike[str], *, image_suffix
     if image_suffix not in WRITABLE:
         raise MapFileError(f"{path}: image_suffix must be one of {', '.join(WRITABLE)}, got {image_suffix!r}")
     image = target.with_suffix(image_suffix)
+    pixels, header = encode_map(grid, image.name)
+    replace_file(image, pixels)
+    replace_file(target, header)
+
+
+def encode_map(grid: OccupancyGrid, image_name: str) -> tuple[bytes, bytes]:
+    """Return the bytes of a map's image and of its YAML, as `write_map` writes them.
+
+    Parameters
+    ----------
+    grid
+        The map.
+    image_name
+        What the YAML calls the image; its suffix, ".pgm" or ".png", says how it is encoded.
+    """
     grey = np.where(grid.free, FREE_GREY, np.where(grid.occupied, OCCUPIED_GREY, UNKNOWN_GREY)).astype(np.uint8)
     keys = {
-        "image": image.name,
+        "image": image_name,
         "mode": "trinary",
         "resolution": grid.resolution,
         "origin": list(grid.origin),
@@ -142,8 +157,8 @@ def write_map(grid: OccupancyGrid, path: str | os.PathLike[str], *, image_suffix
         "free_thresh": FREE_THRESH,
     }
     note = "# resolution not known: origin is in cells\n" if grid.resolution is None else ""
-    replace_file(image, encode_image(grey, image_suffix))
-    replace_file(target, (note + yaml.safe_dump(keys, sort_keys=False, default_flow_style=None)).encode())
+    header = note + yaml.safe_dump(keys, sort_keys=False, default_flow_style=None)
+    return encode_image(grey, Path(image_name).suffix), header.encode()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
