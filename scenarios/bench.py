@@ -157,8 +157,9 @@ def _rows_as_they_come(executor: Executor | None, works: Iterator[Work], in_flig
         try:
             yield future.result()
         except WorkerDiedError as death:
-            failure: Outcome = "out-of-memory" if death.out_of_memory else "error"
-            yield failed_rows(work, Attempt[Any](failure=failure, reason=str(death)))
+            outcome: Outcome = "out-of-memory" if death.out_of_memory else "error"
+            failure: Attempt[Any] = Attempt(failure=outcome, reason=str(death))
+            yield failed_rows(work, failure)
 
 
 def _summary(suite: str, contenders: Sequence[Contender], path: Path) -> dict[str, Any]:

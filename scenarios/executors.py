@@ -8,6 +8,7 @@ import os
 import platform
 import signal
 import subprocess
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
@@ -81,15 +82,15 @@ class LocalPool(Executor):
         if not wait:
             for worker in list(self._workers.values()):
                 worker.kill()
-        self._pool.shutdown(wait=wait, cancel_futures=cancel_futures or not wait)
+        self._pool.shutdown(wait=True, cancel_futures=cancel_futures or not wait)
 
     @property
     def status(self) -> int | None:
         """How the worker ended that broke the pool; the others were then ended by the pool, with SIGTERM."""
-        for worker in self._workers.values():
-            worker.join(ENDED_WITHIN_S)
-        ended = {worker.exitcode for worker in self._workers.values()} - {-signal.SIGTERM}
-        return next((status for status in ended if status is not None), None)
+        ends = time.monotonic() + ENDED_WITHIN_S
+        while None in (ended := {worker.exitcode for worker in self._workers.values()}) and time.monotonic() < ends:
+            time.sleep(0.01)
+        return next((status for status in ended if status not in (None, -signal.SIGTERM)), None)
 
     def _new_pool(self) -> None:
         resource_tracker.ensure_running()  # which unblocks the signals that `_no_interrupts` blocks
