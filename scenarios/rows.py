@@ -18,7 +18,7 @@ from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
 from rectmerge.methods import align, make_method
 from scenarios.attempts import Attempt, attempt, peak_memory_mb, reset_peak_memory
-from scenarios.commandmethod import MATRIX, PROGRAM_PEAK_MB
+from scenarios.commandmethod import MATRIX, PROGRAM_PEAK_MB, Program
 from scenarios.limits import Limits, call_within
 from scenarios.pairs import MapPair, PairSource
 from scenarios.score import CANDIDATES_HEARD, grade, measure_errors, outcome_of, stratum_of
@@ -105,7 +105,9 @@ def answer(pair: MapPair, contender: Contender, *, seed: int = 0) -> Answer:
 def answer_within(pair: MapPair, contender: Contender, *, seed: int = 0, limits: Limits) -> Answer:
     """Ask a method for one pair in a child process, which times itself and is killed where it takes too much."""
     call = functools.partial(_timed, pair.a, pair.b, contender.method, seed)
-    got = call_within(limits, call, warm_up=functools.partial(_warm_up, cast(Hashable, contender.method)))
+    compiles = not isinstance(contender.method, Program)
+    first = functools.partial(_warm_up, cast(Hashable, contender.method)) if compiles else None
+    got = call_within(limits, call, warm_up=first)
     if got.value is not None:
         return got.value
     lost: Attempt[Alignment] = Attempt(failure=got.failure, reason=got.reason, log=got.log)

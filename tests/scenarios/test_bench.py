@@ -140,6 +140,7 @@ def test_a_pair_is_told_of_before_it_is_answered_and_one_that_cannot_be_kept_is_
     assert {row["outcome"] for row in rows_from(Source(), [contender()], on_pair=lambda pair: 1 / 0)} == {"error"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "outcome", "reason"),
     [
