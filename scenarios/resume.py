@@ -108,7 +108,7 @@ def rows_in(path: Path) -> Iterator[Row]:
                 row = json.loads(line)
             except ValueError as error:
                 raise InputError(f"{path}:{number}: not JSON: {error}") from error
-            if not isinstance(row, dict) or "task_id" not in row:
+            if not isinstance(row, dict):
                 raise InputError(f"{path}:{number}: not a row of a run")
             yield row
 
@@ -150,4 +150,11 @@ def _drop_torn_line(path: Path, file: BinaryIO) -> None:
 
 def _task_numbers(path: Path) -> NDArray[np.uint64]:
     """Return the ids of the rows as numbers, ascending: eight bytes each, however many there are."""
-    return np.sort(np.frombuffer(array("Q", (int(row["task_id"], 16) for row in rows_in(path))), dtype=np.uint64))
+    return np.sort(np.frombuffer(array("Q", (_number(row, path) for row in rows_in(path))), dtype=np.uint64))
+
+
+def _number(row: Row, path: Path) -> int:
+    try:
+        return int(row["task_id"], 16)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: a row has no task_id of this version; --force clears the run") from error
