@@ -12,6 +12,7 @@ import typer
 from rectmerge import console
 from rectmerge.console import Debug, Quiet, Version
 from rectmerge.errors import InputError
+from scenarios import datasetcommands
 from scenarios.terminal import progress, summary_table, table, told_of_earlier_rows, told_of_rows
 
 app = typer.Typer(
@@ -96,6 +97,10 @@ def run(
     else:
         typer.echo(summary_table(summary))
         typer.echo(f"written: {output}")
+
+
+app.command()(datasetcommands.generate)
+app.command()(datasetcommands.verify)
 
 
 @app.command()

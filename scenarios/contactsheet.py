@@ -33,7 +33,7 @@ def contact_sheet(pairs: int = PAIRS) -> Picture:
     """Draw pairs of every family and pose source: A, B, and B on A by the truth; shape (H, W, 3), RGB."""
     sources = draw_sources(TRIES * PERIOD, seed=SEED, poses=POSES)
     shown = [_first_made(sources[k % PERIOD :: PERIOD]) for k in range(pairs)]
-    return beside([_strip(pair) for pair in shown], [_caption(pair) for pair in shown], columns=COLUMNS)
+    return beside([strip(pair) for pair in shown], [_caption(pair) for pair in shown], columns=COLUMNS)
 
 
 def _first_made(sources: Sequence[MissionSource]) -> MapPair:
@@ -51,7 +51,8 @@ def paletted_png(picture: Picture) -> bytes:
     return packed.getvalue()
 
 
-def _strip(pair: MapPair) -> Picture:
+def strip(pair: MapPair) -> Picture:
+    """Draw a pair as three tiles: A, B, and B on A by the truth."""
     pictures = [draw_map(pair.a), draw_map(pair.b)]
     pictures.append(draw_map(pair.a) if pair.pixels is None else draw_overlay(pair.a, pair.b, pair.pixels))
     return np.hstack([_fitted(picture) for picture in pictures])

@@ -66,14 +66,10 @@ def _content(value: Any) -> Any:
         return [_content(inner) for inner in value]
     if isinstance(value, Path):
         return None  # a data set may be moved; what it holds is told by its rows
+    if isinstance(value, RowSource):
+        row = value.row()
+        return [_content(row), *((row.folder / name).stat().st_size for name in (row.map_a, row.map_b))]
     if dataclasses.is_dataclass(value):
         fields = {field.name: _content(getattr(value, field.name)) for field in dataclasses.fields(value)}
-        return [type(value).__qualname__, fields, _sizes(value)]
+        return [type(value).__qualname__, fields]
     return [type(value).__qualname__, {key: _content(inner) for key, inner in sorted(vars(value).items())}]
-
-
-def _sizes(value: object) -> list[int]:
-    """Return the sizes of the files of a data set's row."""
-    if not isinstance(value, RowSource):
-        return []
-    return [(value.folder / name).stat().st_size for name in (value.map_a, value.map_b)]

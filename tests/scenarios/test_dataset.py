@@ -133,5 +133,6 @@ def test_truth_of_real_maps_leaves_the_residual_that_the_rows_tell(name, rows):
     assert len(sources) == rows
     for source in sources:
         if source.related:
-            rmse = control_point_rmse(source.pixels.matrix, source.control_points)
-            assert rmse == pytest.approx(source.residual_px, abs=0.01)
+            row = source.row()
+            rmse = control_point_rmse(row.pixels.matrix, row.control_points)
+            assert rmse == pytest.approx(row.residual_px, abs=0.01)

@@ -1,0 +1,71 @@
+"""The commands of `rectbench` that make and check data sets."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rectmerge import console
+from rectmerge.console import Debug, Quiet
+from scenarios.terminal import progress
+
+
+def generate(
+    name: Annotated[str, typer.Argument(metavar="SUITE", help="A suite's name or file.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DATASET", help="Folder for the data set.")],
+    pairs: Annotated[int | None, typer.Option(min=1, help="The first so many pairs; further seeds beyond all.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed makes other buildings.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes; 1 works in this process.")] = 1,
+    force: Annotated[bool, typer.Option("--force", help="Clear another data set in the folder first.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print dataset_info.json without its checksums.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Make a data set of a suite: maps, truth, buildings, checksums and a card.
+
+    Interrupted and called again with the same words it goes on where it was; the files are the same as if it had not
+    been interrupted, whatever the number of workers. A pair that cannot be made is named in dataset_info.json.
+    """
+    from scenarios.executors import local_workers
+    from scenarios.generate import generate as generate_suite
+    from scenarios.generate import plan, told
+    from scenarios.scenario import load_suite
+
+    suite = load_suite(name)
+    total = pairs or sum(job.count for job in plan(suite, seed=seed))
+    making = functools.partial(generate_suite, suite, output, pairs=pairs, seed=seed, force=force)
+    try:
+        with local_workers(workers) as executor, progress(total, quiet) as advance:
+            info = making(executor=executor, on_done=lambda count: advance(count, "pairs"))
+    except KeyboardInterrupt:
+        console.say(f"{output}: what was made is kept; the same command (without --force) goes on")
+        raise
+    typer.echo(told(info, as_json=as_json))
+    typer.echo(f"written: {output}", err=as_json)
+
+
+def verify(
+    dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A data set's folder.")],
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Recompute a data set's checksums, truth and overlaps, and say what is wrong with file and line.
+
+    Ends with status 0 when everything is as it is told, 1 when something is not. Works on anybody's data set in the
+    layout; without dataset_info.json there are no checksums to compare.
+    """
+    from scenarios.verify import row_count
+    from scenarios.verify import verify as check
+
+    with progress(row_count(dataset), quiet) as advance:
+        verdict = check(dataset, on_pair=lambda: advance(1, "pairs"))
+    for note in verdict.notes:
+        console.say(note)
+    for fault in verdict.faults:
+        typer.echo(fault)
+    typer.echo(f"{verdict.pairs} pairs, {verdict.files} checksums: {len(verdict.faults) or 'nothing'} wrong")
+    if verdict.faults:
+        raise typer.Exit(console.NO)

@@ -1,0 +1,204 @@
+"""The pairs of one source as files and rows of a data set: packed where they are made, written where they are kept."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from rectmerge.errors import MapFileError, SimulationError
+from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
+from rectmerge.mapfile import read_map, write_map
+from rectmerge.resultfolder import plain
+from scenarios.attempts import attempt
+from scenarios.dataset import SPLITS
+from scenarios.pairs import MapPair, PairSource
+from scenarios.truth import control_point_rmse
+from sim.missionlog import MissionLog
+
+MetadataRow = dict[str, Any]
+WORLD_M = 0.05  # metres per cell of a building's raster
+POINT_DIGITS, MATRIX_DIGITS, DIGITS = 3, 9, 6  # of control points in cells, of `pixels`, of everything else
+EXACT = ("resolution_a", "resolution_b")  # kept to the last digit: the YAML tells the same
+
+
+@runtime_checkable
+class Explorer(Protocol):
+    """A source of pairs that runs one mission, whose building is known."""
+
+    def mission(self) -> MissionLog:
+        """Run the mission."""
+
+    def pairs_of(self, log: MissionLog) -> Iterator[MapPair]:
+        """Make the pairs of a mission that has been run."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Package:
+    """What a source adds to a data set. Picklable.
+
+    Parameters
+    ----------
+    source_id
+        The source.
+    rows
+        One per pair, each with its `split`.
+    files
+        By path in the data set.
+    discarded
+        Why tries at its mission came to nothing.
+    failed
+        Pairs that could not be made, with the reason.
+    """
+
+    source_id: str
+    rows: list[MetadataRow] = field(default_factory=list)
+    files: dict[str, bytes] = field(default_factory=dict)
+    discarded: list[str] = field(default_factory=list)
+    failed: dict[str, str] = field(default_factory=dict)
+
+
+def pack_source(source: PairSource, first: int, count: int | None = None) -> Package:
+    """Make the pairs of a source and pack them; what cannot be made is told in `failed`, and the rest is kept.
+
+    Parameters
+    ----------
+    source
+        Where the pairs come from.
+    first
+        The number of its first pair, after which files are named.
+    count
+        How many of its pairs are wanted; None is all.
+    """
+    package = Package(source_id=source.source_id)
+    tried = attempt(functools.partial(_make, source, first, count, package))
+    made = {row["pair_id"] for row in package.rows}
+    reason = tried.reason or "its source ended without it"
+    package.failed.update({pair_id: reason for pair_id in source.pair_ids[:count] if pair_id not in made})
+    return package
+
+
+def pack_pairs(
+    source: PairSource, pairs: Iterable[MapPair], first: int, package: Package, log: MissionLog | None = None
+) -> None:
+    """Add pairs that a source has made to its package.
+
+    Parameters
+    ----------
+    source
+        Where they come from.
+    pairs
+        Made one by one; each is packed whole before the next is made.
+    first
+        The number of the source's first pair.
+    package
+        What they are added to.
+    log
+        The mission they come from, if there was one: its building goes into the data set too.
+    """
+    if log is not None:
+        package.discarded.extend(log.discarded)
+    for pair in pairs:
+        number = first + source.pair_ids.index(pair.pair_id)
+        row, files = _packed(pair, number, log)
+        package.files.update(files)
+        package.rows.append(row)
+
+
+def _make(source: PairSource, first: int, count: int | None, package: Package) -> None:
+    log = source.mission() if isinstance(source, Explorer) else None
+    pairs = source.pairs_of(log) if log is not None and isinstance(source, Explorer) else source.pairs()
+    pack_pairs(source, islice(pairs, count), first, package, log)
+
+
+def _packed(pair: MapPair, number: int, log: MissionLog | None) -> tuple[MetadataRow, dict[str, bytes]]:
+    """Lay a pair out as a row and files."""
+    split = str(pair.info.get("split") or "test")
+    if split not in SPLITS:
+        raise SimulationError(f"{pair.pair_id}: split must be one of {', '.join(SPLITS)}, got {split!r}")
+    row: MetadataRow = {"pair_id": pair.pair_id}
+    files: dict[str, bytes] = {}
+    for name, grid in (("a", pair.a), ("b", pair.b)):
+        path = f"maps/{number:06d}_{name}"
+        image, header = _encoded(grid, Path(path).name)
+        row[f"map_{name}_file_name"], row[f"map_{name}_yaml"] = f"{path}.png", ""
+        files[f"{split}/{path}.png"] = image
+        if grid.resolution is not None:
+            row[f"map_{name}_yaml"], files[f"{split}/{path}.yaml"] = f"{path}.yaml", header
+    row |= {**_truth(pair), **_about(pair), "split": split}
+    if log is not None:
+        row["world"], raster = _building(log)
+        files |= {f"{split}/{path}": data for path, data in raster.items()}
+    return row, files
+
+
+def _truth(pair: MapPair) -> MetadataRow:
+    """How the maps relate, rounded, with the residual that the rounded numbers leave."""
+    empty = dict.fromkeys(("pixels", "control_points", "residual_px", "b_to_a"))
+    if pair.pixels is None or pair.control_points is None:
+        return {"related": pair.related, **empty, "overlap": pair.overlap}
+    matrix, points = pair.pixels.matrix.round(MATRIX_DIGITS), pair.control_points.round(POINT_DIGITS)
+    b_to_a = pixels_to_map_frame(pair.pixels, pair.a, pair.b)
+    return {
+        "related": pair.related,
+        "pixels": matrix.tolist(),
+        "control_points": points.tolist(),
+        "residual_px": round(control_point_rmse(matrix, points), DIGITS),
+        "b_to_a": {
+            "scale": round(b_to_a.scale, MATRIX_DIGITS),
+            "angle_rad": round(b_to_a.angle, MATRIX_DIGITS),
+            "translation": [round(b_to_a.tx, DIGITS), round(b_to_a.ty, DIGITS)],
+            "unit": pair.a.unit,
+        },
+        "overlap": None if pair.overlap is None else round(float(pair.overlap), DIGITS),
+    }
+
+
+def _about(pair: MapPair) -> MetadataRow:
+    info: Mapping[str, Any] = plain(pair.info)
+    told = {key: value if key in EXACT else _rounded(value) for key, value in info.items()}
+    return {"suite": pair.suite, "place": pair.place, **told}
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_rounded(item) for item in value]
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    return round(value, DIGITS) if isinstance(value, float) else value
+
+
+def _encoded(grid: OccupancyGrid, stem: str) -> tuple[bytes, bytes]:
+    """Return a map as the bytes of its PNG and its YAML, written and read back by what everybody reads maps with.
+
+    Raises
+    ------
+    MapFileError
+        If the image alone does not tell the cells as they are.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        header = Path(folder) / f"{stem}.yaml"
+        image = header.with_suffix(".png")
+        write_map(grid, header, image_suffix=".png")
+        if not np.array_equal(read_map(image).occupancy, grid.occupancy):
+            raise MapFileError(f"{image.name}: the map's grey levels cannot be told from its image alone")
+        return image.read_bytes(), header.read_bytes()
+
+
+def _building(log: MissionLog) -> tuple[str, dict[str, bytes]]:
+    """Draw the building of a mission at the height of A's laser, under a name that tells buildings apart."""
+    raster = log.world.raster(WORLD_M, height_m=log.spec.a.lidar.height_m)
+    digest = hashlib.sha256(str(raster.shape).encode() + raster.occupancy.tobytes()).hexdigest()[:12]
+    stem = f"{log.world.family or 'world'}-{digest}"
+    with tempfile.TemporaryDirectory() as folder:
+        header = Path(folder) / f"{stem}.yaml"
+        write_map(raster, header, image_suffix=".png")
+        files = {f"worlds/{stem}{suffix}": header.with_suffix(suffix).read_bytes() for suffix in (".png", ".yaml")}
+    return f"worlds/{stem}.png", files
