@@ -5,22 +5,29 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, cast
 
 from rectmerge.alignment import Method
 from rectmerge.errors import InputError
 from rectmerge.imagefile import replace_file
-from rectmerge.resultfolder import plain, to_json
+from rectmerge.resultfolder import plain
 from scenarios.attempts import Attempt
+from scenarios.datasetwriter import DataSetWriter, finished_info
 from scenarios.executors import IN_FLIGHT, WorkerDiedError, completed, describe_machine
+from scenarios.generate import SCHEMA
 from scenarios.limits import Limits
-from scenarios.pairs import MapPair, PairSource
+from scenarios.outputs import write_json
+from scenarios.pairs import PairSource
 from scenarios.resume import MACHINE, RECORD, RESULTS, SUMMARY, Results, results_in, rows_in
-from scenarios.rows import Contender, Row, Terms, Work, failed_rows, rows_of
+from scenarios.rows import Contender, Row
 from scenarios.score import Outcome
 from scenarios.summary import summarise
 from scenarios.tasks import run_id, task_ids
+from scenarios.work import Done, Terms, Work, do, failed
+
+DATASET = "dataset"  # the folder of a suite's pairs, in the run's
 
 
 def run(
@@ -38,7 +45,7 @@ def run(
     command: str = "",
     on_start: Callable[[int], None] = lambda done: None,
     on_rows: Callable[[Sequence[Row]], None] = lambda rows: None,
-    on_pair: Callable[[MapPair], None] | None = None,
+    dataset: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Put every contender to every pair and write the run's folder, or go on with the run that it holds.
 
@@ -72,8 +79,8 @@ def run(
         Told how many rows the folder holds already.
     on_rows
         Told of the rows as they come.
-    on_pair
-        Told of the pairs, see `Work`: a place to keep them.
+    dataset
+        What the card of a data set says of it, `title` and `description`: the pairs are kept in ``dataset/`` below.
 
     Returns
     -------
@@ -93,16 +100,24 @@ def run(
     methods = [{"label": one.label, "method": one.method.name, "set": _fields(one.method)} for one in contenders]
     settings = {"run_id": this_run, "suite": suite, "seed": seed, **dataclasses.asdict(limits), "pairs": pairs}
     record = _toml({**settings, **(about or {}), "methods": methods})
-    terms = Terms(contenders=contenders, suite=suite, seed=seed, limits=limits, on_pair=on_pair)
+    terms = Terms(contenders=contenders, suite=suite, seed=seed, limits=limits)
     with results_in(out, record, force=force) as results:
         on_start(results.count)
-        if results.count < pairs * len(contenders):
+        unkept = dataset is not None and (force or not finished_info(results.folder / DATASET))
+        if results.count < pairs * len(contenders) or unkept:
             (results.folder / SUMMARY).unlink(missing_ok=True)
             replace_file(results.folder / RECORD, record.encode())
             write_json(results.folder / MACHINE, describe_machine(command))
-            for rows in _rows_as_they_come(executor, _left(results, sources, terms), in_flight):
-                results.add(rows)
-                on_rows(rows)
+            identity = {"schema": SCHEMA, "suite": suite, "seed": 0, "pairs": None, "run_id": this_run}
+            kept = DataSetWriter(results.folder / DATASET, identity, force=force) if unkept else nullcontext()
+            with kept as writer:
+                for done in _as_they_come(executor, _left(results, sources, terms, writer), in_flight):
+                    if writer and done.package and done.package.source_id not in writer.done:
+                        writer.write(done.package)
+                    results.add(done.rows)
+                    on_rows(done.rows)
+                if writer and dataset and next(writer.folder.glob("*/maps/*"), None):
+                    writer.finish({**dataset, "versions": describe_machine()["packages"]})
         summary = _summary(suite, contenders, results.folder / RESULTS)
         write_json(results.folder / SUMMARY, summary)
     return summary
@@ -122,44 +137,27 @@ def read_rows(folder: str | Path) -> list[Row]:
     return list(rows_in(Path(folder) / RESULTS))
 
 
-def cleared_folder(out: str | Path, names: Sequence[str], *, force: bool) -> Path:
-    """Make a folder for results; files of these names or patterns in it are refused, or cleared with `force`."""
-    folder = Path(out)
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: is a file; results go into a folder")
-    stale = [path for name in names for path in sorted(folder.glob(name)) if path.is_file()]
-    if stale and not force:
-        raise InputError(f"{folder}: holds earlier results ({stale[0].name}); --force clears them")
-    try:
-        for path in stale:
-            path.unlink()
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {error.strerror}") from error
-    return folder
-
-
-def write_json(path: Path, content: Any) -> None:
-    """Write JSON so that its name never shows half of it."""
-    replace_file(path, f"{to_json(content)}\n".encode())
-
-
-def _left(results: Results, sources: Sequence[PairSource], terms: Terms) -> Iterator[Work]:
-    """Give the work that has no rows yet."""
+def _left(
+    results: Results, sources: Sequence[PairSource], terms: Terms, writer: DataSetWriter | None
+) -> Iterator[Work]:
+    """Give the work that has no rows yet, or whose pairs are not kept yet."""
+    first = 0
     for source in sources:
         ids = task_ids(source, terms.contenders, seed=terms.seed)
-        if tasks := {task: task_id for task, task_id in ids.items() if not results.holds(task_id)}:
-            yield Work(source=source, tasks=tasks, terms=terms)
+        tasks = {task: task_id for task, task_id in ids.items() if not results.holds(task_id)}
+        if tasks or (writer and source.source_id not in writer.done):
+            yield Work(source=source, tasks=tasks, terms=terms, first=first if writer else None)
+        first += len(source.pair_ids)
 
 
-def _rows_as_they_come(executor: Executor | None, works: Iterator[Work], in_flight: int) -> Iterator[list[Row]]:
-    for work, future in completed(executor, rows_of, works, in_flight=in_flight):
+def _as_they_come(executor: Executor | None, works: Iterator[Work], in_flight: int) -> Iterator[Done]:
+    for work, future in completed(executor, do, works, in_flight=in_flight):
         try:
             yield future.result()
         except WorkerDiedError as death:
             outcome: Outcome = "out-of-memory" if death.out_of_memory else "error"
             failure: Attempt[Any] = Attempt(failure=outcome, reason=str(death))
-            yield failed_rows(work, failure)
+            yield failed(work, failure)
 
 
 def _summary(suite: str, contenders: Sequence[Contender], path: Path) -> dict[str, Any]:

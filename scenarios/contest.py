@@ -24,6 +24,7 @@ class Contest:
     sources: Sequence[PairSource]
     contenders: Sequence[Contender]
     about: dict[str, Any]
+    dataset: dict[str, Any] | None = None  # of a suite, whose pairs are kept beside the rows: what its card says
 
     @property
     def tasks(self) -> int:
@@ -32,7 +33,9 @@ class Contest:
 
     def run(self, out: str | Path, **options: Any) -> dict[str, Any]:
         """Run it into a folder, with the options of `bench.run`."""
-        return bench.run(self.sources, self.contenders, out, suite=self.name, about=self.about, **options)
+        return bench.run(
+            self.sources, self.contenders, out, suite=self.name, about=self.about, dataset=self.dataset, **options
+        )
 
 
 def contest_of(
@@ -67,4 +70,5 @@ def contest_of(
     own = [] if others else [entry.label for entry in suite.methods]
     contenders = contenders_of(methods or own or default, suite.methods, settings) + others
     about = {"title": suite.title, "scenarios": [asdict(scenario) for scenario in suite.scenarios]}
-    return Contest(suite.name, suite.sources(), contenders, about)
+    card = {"title": suite.title, "description": suite.description}
+    return Contest(suite.name, suite.sources(), contenders, about, card)

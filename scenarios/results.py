@@ -16,6 +16,7 @@ from scenarios.ablation import ABLATIONS, ablated_rows
 from scenarios.accuracy import baseline_of, real_tasks, simulated_tasks
 from scenarios.dataset import RowSource
 from scenarios.executors import describe_machine
+from scenarios.outputs import write_json
 from scenarios.pairs import PairSource
 from scenarios.resultpage import page
 from scenarios.resume import SUMMARY
@@ -83,7 +84,7 @@ def write_results(
             on_rows(ablated[ablation.name])
     finally:
         cv2.setNumThreads(threads)
-    bench.write_json(folder / BASELINE, baseline_of(rows))
+    write_json(folder / BASELINE, baseline_of(rows))
     replace_file(folder / PAGE, page(rows, ablated, describe_machine()).encode())
 
 

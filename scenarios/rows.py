@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 import os
 import time
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol, cast
 
 import cv2
@@ -20,7 +20,7 @@ from rectmerge.methods import align, make_method
 from scenarios.attempts import Attempt, attempt, peak_memory_mb, reset_peak_memory
 from scenarios.commandmethod import MATRIX, PROGRAM_PEAK_MB, Program
 from scenarios.limits import Limits, call_within
-from scenarios.pairs import MapPair, PairSource
+from scenarios.pairs import MapPair
 from scenarios.score import CANDIDATES_HEARD, grade, measure_errors, outcome_of, stratum_of
 from scenarios.truth import is_bent, known_extent
 
@@ -133,7 +133,7 @@ def _cpu_s() -> float:
 def row_of(pair: MapPair, contender: Contender, given: Answer) -> Row:
     """Score an answer and lay it out as a row of ``results.jsonl``."""
     found = given.attempt.value
-    row = _blank_row(pair.pair_id, pair.suite, pair.place, contender.label)
+    row = blank_row(pair.pair_id, pair.suite, pair.place, contender.label)
     extent = known_extent(pair.a) if pair.pixels else None
     residual = pair.residual_px / extent if extent and pair.residual_px is not None else None
     stratum = stratum_of(pair.related, pair.overlap)
@@ -175,109 +175,12 @@ def _placements(found: Alignment) -> list[NDArray[np.float64]]:
     return [candidate.pixels.matrix for candidate in found.candidates]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Terms:
-    """What all tasks of a run share.
-
-    Parameters
-    ----------
-    contenders
-        Methods under different labels.
-    suite
-        The name of what is run.
-    seed
-        Of every answer.
-    limits
-        What one answer may take.
-    on_pair
-        Told of every pair that is made, in the process that makes it, before it is answered; picklable. A run that
-        goes on after an interruption may tell of the same pair again.
-    """
-
-    contenders: Sequence[Contender]
-    suite: str
-    seed: int = 0
-    limits: Limits = field(default_factory=Limits)
-    on_pair: Callable[[MapPair], None] | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Work:
-    """A source, and the tasks on its pairs that are to be done, with their ids; others are left alone."""
-
-    source: PairSource
-    tasks: Mapping[Task, str]
-    terms: Terms
-
-
-def rows_of(work: Work) -> list[Row]:
-    """Make the pairs of a source and put the contenders to each of them.
-
-    A pair that cannot be made, or kept by `on_pair`, is an error row of every contender: it stays in the denominator.
-    """
-    rows: list[Row] = []
-    lost: Attempt[Any] = Attempt(failure="error", reason="its source ended without it")
-    for made in _made_pairs(work.source):
-        kept = _told(work.terms, made.value)
-        if made.value is None or kept.failure:
-            lost = kept if kept.failure else made
-            break
-        rows += _answered(work, made.value)
-        if len(rows) == len(work.tasks):
-            break
-    told = {row["task_id"] for row in rows}
-    return rows + [row for row in failed_rows(work, lost) if row["task_id"] not in told]
-
-
-def failed_rows(work: Work, failure: Attempt[Any]) -> list[Row]:
-    """Make the rows of pairs that could not be made: they stay in the denominator, as pairs that had to be merged."""
-    return [_failed_row(work, task, failure) for task in work.tasks]
-
-
-def _answered(work: Work, pair: MapPair) -> Iterator[Row]:
-    """Put to a pair the contenders that have not answered it yet."""
-    for one in work.terms.contenders:
-        task = (pair.pair_id, one.label)
-        if task in work.tasks:
-            given = answer_within(pair, one, seed=work.terms.seed, limits=work.terms.limits)
-            scored = attempt(functools.partial(row_of, pair, one, given))
-            yield {**(scored.value or _failed_row(work, task, scored)), "task_id": work.tasks[task]}
-
-
-def _told(terms: Terms, pair: MapPair | None) -> Attempt[None]:
-    return attempt(functools.partial(terms.on_pair, pair)) if terms.on_pair and pair else Attempt()
-
-
-def _failed_row(work: Work, task: Task, failure: Attempt[Any]) -> Row:
-    pair_id, label = task
-    return {
-        **_blank_row(pair_id, work.terms.suite, work.source.source_id, label),
-        "task_id": work.tasks[task],
-        "stratum": "required",
-        "outcome": failure.failure,
-        "reason": f"the pair could not be made or scored: {failure.reason}",
-        "log": failure.log,
-    }
-
-
-def _blank_row(pair_id: str, suite: str, place: str, label: str) -> Row:
+def blank_row(pair_id: str, suite: str, place: str, label: str) -> Row:
+    """Lay out a row of which nothing is known yet."""
     row: Row = {"task_id": None, "pair_id": pair_id, "suite": suite, "place": place}
     keys = ("related", "stratum", "bent", "overlap", "residual_px", "extent_px", "outcome", "verdict", "confidence")
     late = ("candidates", "grades", "errors", "seconds", "peak_mb", "reason", "log", "info", "trace")
     return {**row, "method": label, **dict.fromkeys((*keys, *late))}
-
-
-def _made_pairs(source: PairSource) -> Iterator[Attempt[MapPair]]:
-    """Make pairs one by one; the first failure ends it."""
-    opened = attempt(lambda: iter(source.pairs()))
-    while opened.value is not None:
-        made = attempt(functools.partial(next, opened.value, None))
-        if made.value is None and made.failure is None:
-            return
-        yield made
-        if made.failure:
-            return
-    yield Attempt(failure=opened.failure, reason=opened.reason, log=opened.log)
 
 
 @functools.cache

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from rectmerge.methods import DEFAULT_METHOD, make_method
-from scenarios import rows
 from scenarios.accuracy import baseline_of, count, group_of, grouped, real_tasks, regressions, simulated_tasks
-from scenarios.rows import Contender, Terms, Work
+from scenarios.rows import Contender
 from scenarios.scenario import load_suite
 from scenarios.tasks import task_ids
+from scenarios.work import Terms, Work, do
 
 BASELINE = Path(__file__).parents[2] / "results/robust/baseline.json"
 MAPS = os.environ.get("RECTMERGE_REAL_MAPS")
@@ -26,7 +26,7 @@ def rows_of(name, sources):
     contenders = [Contender(label=DEFAULT_METHOD, method=make_method(DEFAULT_METHOD))]
     terms = Terms(contenders=contenders, suite=name)
     works = [Work(source=source, tasks=task_ids(source, contenders, seed=0), terms=terms) for source in sources]
-    return [row for work in works for row in rows.rows_of(work)]
+    return [row for work in works for row in do(work).rows]
 
 
 def assert_no_regression(rows):

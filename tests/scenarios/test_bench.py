@@ -8,9 +8,11 @@ from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.methods import align
 from scenarios.bench import read_rows, run
+from scenarios.dataset import open_dataset
 from scenarios.limits import Limits
-from scenarios.rows import Contender, Terms, Work, answer, row_of, rows_of
+from scenarios.rows import Contender, answer, row_of
 from scenarios.tasks import task_ids
+from scenarios.work import Terms, Work, do
 from tests.scenarios.made import Failing, Fixed, Source, grid, pair
 
 CONTRACT = {
@@ -93,7 +95,7 @@ def test_an_error_keeps_its_reason_and_its_traceback():
 
 def rows_from(source, contenders, **terms):
     tasks = task_ids(source, contenders, seed=0)
-    return rows_of(Work(source=source, tasks=tasks, terms=Terms(suite="made", contenders=contenders, **terms)))
+    return do(Work(source=source, tasks=tasks, terms=Terms(suite="made", contenders=contenders, **terms))).rows
 
 
 def test_a_pair_that_cannot_be_made_is_an_error_of_every_contender():
@@ -125,19 +127,44 @@ def test_only_the_tasks_that_are_asked_for_are_done():
     contenders = [contender(), contender(label="two")]
     terms = Terms(suite="made", contenders=contenders)
 
-    rows = rows_of(Work(source=Source(), tasks={("m0-unrelated", "two"): "5"}, terms=terms))
+    rows = do(Work(source=Source(), tasks={("m0-unrelated", "two"): "5"}, terms=terms)).rows
 
     assert [(row["task_id"], *key) for row, key in zip(rows, outcomes(rows), strict=True)] == [
         ("5", "m0-unrelated", "two", "wrong-accepted")
     ]
 
 
-def test_a_pair_is_told_of_before_it_is_answered_and_one_that_cannot_be_kept_is_an_error():
-    seen = []
-    rows_from(Source(), [contender(), contender(label="two")], on_pair=lambda pair: seen.append(pair.pair_id))
+def test_pairs_are_kept_in_a_data_set_beside_the_rows(tmp_path):
+    sources = [Source(), Source(source_id="m1", fails=True)]
+    run(sources, [contender()], tmp_path, suite="made", dataset={"title": "Made", "description": "for tests"})
 
-    assert seen == ["m0-related", "m0-unrelated"]
-    assert {row["outcome"] for row in rows_from(Source(), [contender()], on_pair=lambda pair: 1 / 0)} == {"error"}
+    again = run(open_dataset(tmp_path / "dataset"), [contender()], tmp_path / "again", suite="made")
+    first, second = (
+        {row["pair_id"]: row["outcome"] for row in read_rows(folder)} for folder in (tmp_path, tmp_path / "again")
+    )
+    assert again["rows"] == 3
+    assert first == second | {"m1-unrelated": "error"}
+
+
+def test_kept_pairs_are_whole_after_an_interruption(tmp_path):
+    def interrupt(rows):
+        raise KeyboardInterrupt
+
+    def keep(out, **options):
+        card = {"title": "Made", "description": "for tests"}
+        run([Source(), Source(source_id="m1")], [contender()], out, suite="made", dataset=card, **options)
+
+    keep(tmp_path / "whole")
+    with pytest.raises(KeyboardInterrupt):
+        keep(tmp_path / "cut", on_rows=interrupt)
+    keep(tmp_path / "cut")
+
+    whole, cut = (
+        {path.name: path.read_bytes() for path in (tmp_path / name / "dataset").rglob("*.[pj]*")}
+        for name in ("whole", "cut")
+    )
+    assert whole == cut
+    assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
 
 
 @pytest.mark.slow
