@@ -133,3 +133,20 @@ def test_progress_is_shown_on_a_terminal_only(tmp_path, pairs):
     assert b"600/600" in shown
     assert re.search(rb"\d/min", shown)
     assert b"left" in shown
+
+
+@pytest.mark.slow
+def test_the_parents_memory_does_not_grow_with_ten_thousand_pairs_that_take_less_than_a_minute(tmp_path):
+    def measured(count):
+        pairs, started = tiny_pairs(tmp_path / f"set{count}", count), time.monotonic()
+        process = start("run", pairs, "-m", "paper", "-o", tmp_path / f"run{count}", "--workers", 2)
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        assert process.returncode == 0
+        return used.ru_maxrss / 1024, time.monotonic() - started
+
+    few_mb, _ = measured(500)
+    many_mb, seconds = measured(10_000)
+
+    assert many_mb < few_mb + 20
+    assert seconds < 60
