@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, cast
 
 from rectmerge.alignment import Method
 from rectmerge.errors import InputError
 from rectmerge.imagefile import replace_file
-from rectmerge.resultfolder import plain, to_json
-from scenarios.executors import Attempt, WorkerDiedError, completed, describe_machine
+from rectmerge.resultfolder import plain
+from scenarios.attempts import Attempt
+from scenarios.datasetwriter import DataSetWriter, finished_info
+from scenarios.executors import IN_FLIGHT, WorkerDiedError, completed, describe_machine
+from scenarios.generate import SCHEMA
+from scenarios.limits import Limits
+from scenarios.outputs import write_json
 from scenarios.pairs import PairSource
-from scenarios.rows import TIMEOUT_S, Contender, Row, failed_rows, rows_of_source
-from scenarios.statistics import summarise
+from scenarios.resume import MACHINE, RECORD, RESULTS, SUMMARY, Results, results_in, rows_in
+from scenarios.rows import Contender, Row
+from scenarios.score import Outcome
+from scenarios.summary import summarise
+from scenarios.tasks import run_id, task_ids
+from scenarios.work import Done, Terms, Work, do, failed
 
-RUN_FILES = ("run.toml", "machine.json", "results.jsonl", "results.jsonl.part", "summary.json")
+DATASET = "dataset"  # the folder of a suite's pairs, in the run's
 
 
 def run(
@@ -30,13 +38,16 @@ def run(
     suite: str,
     seed: int = 0,
     executor: Executor | None = None,
-    timeout_s: float = TIMEOUT_S,
+    in_flight: int = IN_FLIGHT,
+    limits: Limits | None = None,
     force: bool = False,
     about: Mapping[str, Any] | None = None,
     command: str = "",
-    on_rows: Callable[[Sequence[Row]], None] | None = None,
+    on_start: Callable[[int], None] = lambda done: None,
+    on_rows: Callable[[Sequence[Row]], None] = lambda rows: None,
+    dataset: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Put every contender to every pair and write the run's folder.
+    """Put every contender to every pair and write the run's folder, or go on with the run that it holds.
 
     Parameters
     ----------
@@ -45,24 +56,31 @@ def run(
     contenders
         Methods under different labels.
     out
-        The run's folder: ``run.toml``, ``machine.json``, ``results.jsonl`` (``results.jsonl.part`` while it grows),
-        ``summary.json``.
+        The run's folder: ``run.toml``, ``machine.json``, ``results.jsonl``, which grows by whole lines in the order in
+        which the work ends, and ``summary.json`` once it is complete.
     suite
         The name of what is run.
     seed
         Of every answer.
     executor
-        Where the work is done; None is this process, the one place where a method that kills its process ends the run.
-    timeout_s
-        For one answer, wall time.
+        Where pairs are made; None is this process, the one place where a pair whose making kills the process ends the
+        run. Answers are given in children of the process that makes the pair.
+    in_flight
+        How many sources are handed to the executor at a time.
+    limits
+        What one answer may take.
     force
-        Clear an earlier run's files first. A run cannot be resumed.
+        Clear an earlier run first.
     about
         What else ``run.toml`` keeps: the scenarios as they were resolved.
     command
         What was typed, for the record.
+    on_start
+        Told how many rows the folder holds already.
     on_rows
         Told of the rows as they come.
+    dataset
+        What the card of a data set says of it, `title` and `description`: the pairs are kept in ``dataset/`` below.
 
     Returns
     -------
@@ -72,29 +90,36 @@ def run(
     Raises
     ------
     InputError
-        If the folder holds a run and `force` is off, or two contenders have one label.
+        If the folder holds a run of something else and `force` is off, another process writes into it, or two
+        contenders have one label.
     """
     if len({one.label for one in contenders}) != len(contenders):
         raise InputError(f"labels must differ, got {', '.join(one.label for one in contenders)}")
-    settings = {"suite": suite, "seed": seed, "timeout_s": timeout_s, "pairs": sum(len(s.pair_ids) for s in sources)}
+    limits = limits or Limits()
+    this_run, pairs = run_id(sources, contenders, suite=suite, seed=seed)
     methods = [{"label": one.label, "method": one.method.name, "set": _fields(one.method)} for one in contenders]
-    resolved = _toml({**settings, **(about or {}), "methods": methods})
-    folder = cleared_folder(out, RUN_FILES, force=force)
-    replace_file(folder / "run.toml", resolved.encode())
-    write_json(folder / "machine.json", describe_machine(command))
-    work = functools.partial(rows_of_source, suite=suite, contenders=contenders, seed=seed, timeout_s=timeout_s)
-    rows: list[Row] = []
-    part = folder / "results.jsonl.part"
-    with part.open("w", encoding="utf-8") as file:
-        for new in _rows_as_they_come(executor, work, sources, contenders):
-            file.writelines(json.dumps(plain(row), allow_nan=False) + "\n" for row in new)
-            file.flush()
-            rows += new
-            if on_rows:
-                on_rows(new)
-    part.replace(folder / "results.jsonl")
-    summary = {"schema": "rectmerge.summary/1", "suite": suite, "rows": len(rows), "methods": summarise(rows)}
-    write_json(folder / "summary.json", summary)
+    settings = {"run_id": this_run, "suite": suite, "seed": seed, **dataclasses.asdict(limits), "pairs": pairs}
+    record = _toml({**settings, **(about or {}), "methods": methods})
+    terms = Terms(contenders=contenders, suite=suite, seed=seed, limits=limits)
+    with results_in(out, record, force=force) as results:
+        on_start(results.count)
+        unkept = dataset is not None and (force or not finished_info(results.folder / DATASET))
+        if results.count < pairs * len(contenders) or unkept:
+            (results.folder / SUMMARY).unlink(missing_ok=True)
+            replace_file(results.folder / RECORD, record.encode())
+            write_json(results.folder / MACHINE, describe_machine(command))
+            identity = {"schema": SCHEMA, "suite": suite, "seed": 0, "pairs": None, "run_id": this_run}
+            kept = DataSetWriter(results.folder / DATASET, identity, force=force) if unkept else nullcontext()
+            with kept as writer:
+                for done in _as_they_come(executor, _left(results, sources, terms, writer), in_flight):
+                    if writer and done.package and done.package.source_id not in writer.done:
+                        writer.write(done.package)
+                    results.add(done.rows)
+                    on_rows(done.rows)
+                if writer and dataset and next(writer.folder.glob("*/maps/*"), None):
+                    writer.finish({**dataset, "versions": describe_machine()["packages"]})
+        summary = _summary(suite, contenders, results.folder / RESULTS)
+        write_json(results.folder / SUMMARY, summary)
     return summary
 
 
@@ -106,68 +131,40 @@ def read_rows(folder: str | Path) -> list[Row]:
     InputError
         If the folder holds no finished run.
     """
-    path = Path(folder) / "results.jsonl"
-    if not path.is_file():
-        raise InputError(f"{folder}: no finished run: there is no results.jsonl in it")
-    with path.open(encoding="utf-8") as lines:
-        return [json.loads(line) for line in lines]
+    for name in (RESULTS, SUMMARY):
+        if not (Path(folder) / name).is_file():
+            raise InputError(f"{folder}: no finished run: there is no {name} in it")
+    return list(rows_in(Path(folder) / RESULTS))
 
 
-def cleared_folder(out: str | Path, names: Sequence[str], *, force: bool) -> Path:
-    """Make a folder for results; files of these names or patterns in it are refused, or cleared with `force`."""
-    folder = Path(out)
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: is a file; results go into a folder")
-    stale = [path for name in names for path in sorted(folder.glob(name)) if path.is_file()]
-    if stale and not force:
-        raise InputError(f"{folder}: holds earlier results ({stale[0].name}); --force clears them")
-    try:
-        for path in stale:
-            path.unlink()
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {error.strerror}") from error
-    return folder
+def _left(
+    results: Results, sources: Sequence[PairSource], terms: Terms, writer: DataSetWriter | None
+) -> Iterator[Work]:
+    """Give the work that has no rows yet, or whose pairs are not kept yet."""
+    first = 0
+    for source in sources:
+        ids = task_ids(source, terms.contenders, seed=terms.seed)
+        tasks = {task: task_id for task, task_id in ids.items() if not results.holds(task_id)}
+        if tasks or (writer and source.source_id not in writer.done):
+            yield Work(source=source, tasks=tasks, terms=terms, first=first if writer else None)
+        first += len(source.pair_ids)
 
 
-def write_json(path: Path, content: Any) -> None:
-    """Write JSON so that its name never shows half of it."""
-    replace_file(path, f"{to_json(content)}\n".encode())
-
-
-def _rows_as_they_come(
-    executor: Executor | None,
-    work: functools.partial[list[Row]],
-    sources: Sequence[PairSource],
-    contenders: Sequence[Contender],
-) -> Iterator[list[Row]]:
-    for source, future in completed(executor, work, sources):
+def _as_they_come(executor: Executor | None, works: Iterator[Work], in_flight: int) -> Iterator[Done]:
+    for work, future in completed(executor, do, works, in_flight=in_flight):
         try:
             yield future.result()
         except WorkerDiedError as death:
-            yield _one_by_one(executor, work, source, contenders, death)
+            outcome: Outcome = "out-of-memory" if death.out_of_memory else "error"
+            failure: Attempt[Any] = Attempt(failure=outcome, reason=str(death))
+            yield failed(work, failure)
 
 
-def _one_by_one(
-    executor: Executor | None,
-    work: functools.partial[list[Row]],
-    source: PairSource,
-    contenders: Sequence[Contender],
-    death: WorkerDiedError,
-) -> list[Row]:
-    """Find out whose death it was: put each contender to the source alone."""
-    rows: list[Row] = []
-    for one in contenders:
-        try:
-            if executor is None or len(contenders) == 1:
-                raise death
-            rows += executor.submit(work, source, contenders=[one]).result()
-        except WorkerDiedError as error:
-            failure: Attempt[Any] = Attempt(
-                failure="out-of-memory" if error.out_of_memory else "error", reason=str(error)
-            )
-            rows += failed_rows(source, source.pair_ids, [one], failure, suite=work.keywords["suite"])
-    return rows
+def _summary(suite: str, contenders: Sequence[Contender], path: Path) -> dict[str, Any]:
+    strata_of = summarise(rows_in(path))
+    methods = {one.label: strata_of[one.label] for one in contenders}
+    rows = sum(part["n"] for strata in methods.values() for name, part in strata.items() if name != "bent")
+    return {"schema": "rectmerge.summary/1", "suite": suite, "rows": rows, "methods": methods}
 
 
 def _fields(method: Method) -> dict[str, Any]:

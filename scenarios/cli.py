@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -15,11 +13,7 @@ from rectmerge import console
 from rectmerge.console import Debug, Quiet, Version
 from rectmerge.errors import InputError
 from scenarios import datasetcommands
-from scenarios.terminal import progress, summary_table, table, told_of_rows
-
-if TYPE_CHECKING:
-    from scenarios.pairs import PairSource
-    from scenarios.rows import Contender
+from scenarios.terminal import progress, summary_table, table, told_of_earlier_rows, told_of_rows
 
 app = typer.Typer(
     help="Benchmark map merging on simulated and real pairs with known truth.",
@@ -43,11 +37,22 @@ def run(
     method: Annotated[
         list[str] | None, typer.Option("--method", "-m", help="A method, or a label of the suite; may be repeated.")
     ] = None,
+    method_command: Annotated[
+        list[str] | None,
+        typer.Option(metavar="'PROG {a} {b}'", help="A program of any language as a method; may be repeated."),
+    ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="M.F=V", help="Set a field of a method; may be repeated.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of every answer.")] = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Worker processes; 1 works in this process.")] = 1,
+    workers: Annotated[int | None, typer.Option(min=1, help="Worker processes; 1 unless given.")] = None,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Work on this dask cluster, as in tcp://host:8786.")
+    ] = None,
+    timeout: Annotated[float, typer.Option(metavar="S", help="Seconds for one answer.")] = 300.0,
+    memory: Annotated[
+        float | None, typer.Option(metavar="MB", help="Memory for one answer; no limit unless given.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Clear an earlier run in the folder first.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
     quiet: Quiet = False,
@@ -55,14 +60,38 @@ def run(
 ) -> None:
     """Put methods to every pair of a suite or a data set and score the answers.
 
-    RUN gets run.toml, machine.json, results.jsonl (results.jsonl.part until the run is complete) and summary.json. An
-    earlier run is refused without --force; a run cannot be resumed. With one worker a method that kills its process
-    ends the run; with more it costs its own rows.
+    RUN gets run.toml, machine.json, results.jsonl, a line per answer as it comes, and once it is complete
+    summary.json. A run that was interrupted, by Ctrl-C or anything else, goes on when the same command is given again;
+    workers and limits may differ. A folder that holds a run of something else is refused without --force.
+
+    An answer that takes more than its limits is ended and counts as failed. A program gets two image files for {a}
+    and {b}, or map_server files for {a_yaml} and {b_yaml}; the last line it prints is the 2x3 matrix from B's pixels to
+    A's, six numbers row by row, and perhaps its confidence. Status 1 means rejected, any other but 0 is an error.
     """
     from rectmerge.resultfolder import to_json
+    from scenarios.contest import contest_of
+    from scenarios.executors import workplace
+    from scenarios.limits import Limits
 
-    contest = _contest(target, method or [], settings or [])
-    summary = _run(contest, output, seed=seed, workers=workers, force=force, quiet=quiet)
+    if workers and cluster:
+        raise InputError("--workers and --cluster exclude each other")
+    limits = Limits(timeout_s=timeout, memory_mb=memory)
+    contest = contest_of(target, method or [], settings or [], method_command or [])
+    options = {"seed": seed, "limits": limits, "force": force, "command": _command()}
+    try:
+        with progress(contest.tasks, quiet) as advance, workplace(workers or 1, cluster) as (executor, in_flight):
+            summary = contest.run(
+                output,
+                executor=executor,
+                in_flight=in_flight,
+                on_start=told_of_earlier_rows(advance, contest.tasks, quiet),
+                on_rows=told_of_rows(advance),
+                **options,
+            )
+    except KeyboardInterrupt:
+        again = "the same command without --force" if force else "the same command"
+        console.say(f"rectbench: {output} keeps what is done; {again} goes on from there")
+        raise
     if as_json:
         typer.echo(to_json(summary))
     else:
@@ -72,6 +101,25 @@ def run(
 
 app.command()(datasetcommands.generate)
 app.command()(datasetcommands.verify)
+
+
+@app.command()
+def compare(
+    run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A finished run's folder, or its results.jsonl.")],
+    baseline: Annotated[Path, typer.Argument(metavar="BASELINE", help="An earlier run on the same pairs.")],
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Print how a run differs from another on the same pairs, as Markdown for a pull request.
+
+    Ends with status 1 on a regression: of a method and stratum, right answers are rarer, or wrong ones or failures more
+    frequent, by more than 2 percent of the pairs, or the median error is larger by more than 10 percent and 0.05 cells.
+    """
+    from scenarios.compare import compare_runs
+
+    compared = compare_runs(run_folder, baseline)
+    typer.echo(compared.page())
+    raise typer.Exit(console.NO if compared.regressions else console.YES)
 
 
 @app.command()
@@ -205,52 +253,3 @@ def main() -> None:
 
 def _command() -> str:
     return f"rectbench {shlex.join(sys.argv[1:])}"
-
-
-@dataclass(frozen=True, slots=True)
-class _Contest:
-    """What is run, on what, and what the run's record says of it."""
-
-    name: str
-    sources: Sequence[PairSource]
-    contenders: list[Contender]
-    about: dict[str, Any]
-
-
-def _contest(target: str, methods: Sequence[str], settings: Sequence[str]) -> _Contest:
-    """Find out what is run, on what: the suite's own contenders where no method is named."""
-    from rectmerge.methods import DEFAULT_METHOD
-    from scenarios.dataset import dataset_name, is_dataset, open_dataset
-    from scenarios.rows import contenders_of
-    from scenarios.scenario import load_suite, suite_names
-
-    # `make demo` leaves a folder `demo`, which must not hide the suite of that name
-    if is_dataset(target) or (Path(target).is_dir() and target not in suite_names()):
-        pairs = open_dataset(target)
-        contenders = contenders_of(methods or [DEFAULT_METHOD], [], settings)
-        return _Contest(dataset_name(target), pairs, contenders, {})
-    suite = load_suite(target)
-    names = methods or [entry.label for entry in suite.methods] or [DEFAULT_METHOD]
-    about = {"title": suite.title, "scenarios": [asdict(scenario) for scenario in suite.scenarios]}
-    return _Contest(suite.name, suite.sources(), contenders_of(names, suite.methods, settings), about)
-
-
-def _run(contest: _Contest, output: Path, *, seed: int, workers: int, force: bool, quiet: bool) -> dict[str, Any]:
-    """Run a contest with progress, and stop the workers in the middle of it where it is interrupted."""
-    from scenarios import bench
-    from scenarios.executors import local_workers
-
-    total = sum(len(source.pair_ids) for source in contest.sources) * len(contest.contenders)
-    with local_workers(workers) as executor, progress(total, quiet) as advance:
-        return bench.run(
-            contest.sources,
-            contest.contenders,
-            output,
-            suite=contest.name,
-            seed=seed,
-            executor=executor,
-            force=force,
-            about={**contest.about, "workers": workers},
-            command=_command(),
-            on_rows=told_of_rows(advance),
-        )

@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 from rectmerge.errors import InputError
 from rectmerge.imagefile import replace_file
-from scenarios.bench import write_json
 from scenarios.columns import Columns
 from scenarios.dataset import SPLITS
 from scenarios.datasetcard import CARD, PICTURE, card, picture
 from scenarios.journal import Journal
 from scenarios.metadata import METADATA
+from scenarios.outputs import write_json
 from scenarios.packing import Package
 
 INFO, JOURNAL = "dataset_info.json", "unfinished.jsonl"

@@ -18,8 +18,8 @@ from rectmerge.imagefile import encode_image, replace_file
 from rectmerge.paper.rmap import rmap
 from rectmerge.picture import beside, draw_map, draw_overlay, draw_rectangles
 from rectmerge.rectangles import Rectangle
-from scenarios.bench import cleared_folder, write_json
 from scenarios.export import MISSION_FILES, write_mission
+from scenarios.outputs import cleared_folder, write_json
 from scenarios.pairs import MapPair
 from scenarios.rows import Answer, Row, answer, contenders_of, row_of
 from scenarios.scenario import load_suite

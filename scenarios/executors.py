@@ -1,96 +1,109 @@
-"""Where work is done: in this process or in workers whose death is noticed, with limits, failures and the machine."""
+"""Where work is done: in this process, in local workers or on a cluster, with tasks that kill their workers told."""
 
 from __future__ import annotations
 
 import functools
-import math
 import multiprocessing
 import os
 import platform
 import signal
 import subprocess
-import threading
-import traceback
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import dataclass
 from importlib import metadata
-from multiprocessing.connection import Connection
+from itertools import islice
+from multiprocessing import resource_tracker
+from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any, Generic, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
-import cv2
-
-from rectmerge.errors import RectMergeError
-from scenarios.score import Outcome
+from rectmerge.errors import InputError, RectMergeError
+from scenarios.attempts import memory_mb
+from scenarios.limits import DEATHS, die_with, how_it_ended
 
 P = ParamSpec("P")
 T = TypeVar("T")
 Item = TypeVar("Item")
-OPENCV_NO_MEMORY = -4  # cv::Error::StsNoMem, which OpenCV raises in place of MemoryError
-RECYCLE_AFTER = 64  # tasks: a worker that loads many worlds grows
-
-
-class OutOfTimeError(RectMergeError):
-    """A call took longer than its time limit."""
+IN_FLIGHT = 64  # tasks handed to an executor at a time, unless it is known how many it works on at once:
+TASKS_PER_WORKER = 2  # few, for all that a dying worker holds are suspects
+RECYCLE_AFTER = 64  # tasks per worker,
+GROWN_MB = 1000.0  # and this much memory: a worker that loads many worlds grows
+ENDED_WITHIN_S = 1.0  # a worker of a broken pool
+REACHED_WITHIN_S = 10.0  # a cluster, and its first worker
 
 
 class WorkerDiedError(RectMergeError):
     """A worker process ended in the middle of a task; `out_of_memory` where the system killed it."""
 
-    def __init__(self, exit_code: int | None) -> None:
-        self.out_of_memory = exit_code == -signal.SIGKILL
-        why = "was killed, most likely for want of memory" if self.out_of_memory else f"died with status {exit_code}"
-        super().__init__(f"the worker process {why}")
+    def __init__(self, status: int | None) -> None:
+        self.out_of_memory = status == -signal.SIGKILL
+        why = "died" if status is None else how_it_ended(status)
+        super().__init__(f"the worker process {why}, {DEATHS} times")
 
 
-class Workers(Executor):
-    """Worker processes, one task each at a time: one that dies takes only its own task with it and is replaced.
-
-    A task that raises ends its worker, and a task whose worker died raises `WorkerDiedError`; the standard pool would
-    fail every task in flight and not say which one it was.
+class LocalPool(Executor):
+    """The standard process pool, replaced when it broke or its workers have grown.
 
     Parameters
     ----------
     count
         How many processes, > 0.
+
+    Notes
+    -----
+    The standard pool's `max_tasks_per_child` does not do: before Python 3.14 it ends up without workers and waits for
+    ever when more tasks are queued than there are workers.
     """
 
     def __init__(self, count: int) -> None:
-        self._threads = ThreadPoolExecutor(count, thread_name_prefix="worker")
-        self._own = threading.local()
-        self._started: list[_Worker] = []
+        self._count = count
+        self._new_pool()
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Queue a task; function and arguments must be picklable."""
-        return self._threads.submit(self._call, fn, args, kwargs)
+        grown = self._submitted >= RECYCLE_AFTER * self._count and any(
+            memory_mb(one.pid or 0) > GROWN_MB for one in self._workers.values()
+        )
+        if grown:
+            self._pool.shutdown()
+            self._new_pool()
+        self._submitted += 1
+        with _no_interrupts():
+            try:
+                return self._pool.submit(fn, *args, **kwargs)
+            except BrokenExecutor:
+                self._new_pool()
+                return self._pool.submit(fn, *args, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Stop the workers; without `wait`, in the middle of what they do."""
         if not wait:
-            for worker in self._started:
-                worker.stop()
-        self._threads.shutdown(wait=wait, cancel_futures=cancel_futures or not wait)
-        for worker in self._started:
-            worker.stop()
+            for worker in list(self._workers.values()):
+                worker.kill()
+        self._pool.shutdown(wait=True, cancel_futures=cancel_futures or not wait)
 
-    def _call(self, fn: Callable[..., T], args: tuple[Any, ...], kwargs: dict[str, Any]) -> T:
-        worker: _Worker | None = getattr(self._own, "worker", None)
-        if worker is None or worker.tasks_done >= RECYCLE_AFTER or not worker.is_alive:
-            if worker is not None:
-                worker.stop()
-                self._started.remove(worker)
-            worker = self._own.worker = _Worker()
-            self._started.append(worker)
-        result: T = worker.call(fn, args, kwargs)
-        return result
+    @property
+    def status(self) -> int | None:
+        """How the worker ended that broke the pool; the others were then ended by the pool, with SIGTERM."""
+        ends = time.monotonic() + ENDED_WITHIN_S
+        while None in (ended := {worker.exitcode for worker in self._workers.values()}) and time.monotonic() < ends:
+            time.sleep(0.01)
+        return next((status for status in ended if status not in (None, -signal.SIGTERM)), None)
+
+    def _new_pool(self) -> None:
+        resource_tracker.ensure_running()  # which unblocks the signals that `_no_interrupts` blocks
+        context = multiprocessing.get_context("spawn")  # a fork would copy locks and the physics engine's state
+        self._pool = ProcessPoolExecutor(self._count, context, initializer=die_with, initargs=(os.getpid(),))
+        self._workers: Mapping[int, BaseProcess] = self._pool._processes  # no public way until Python 3.14
+        self._submitted = 0
 
 
 @contextmanager
-def local_workers(count: int) -> Iterator[Executor | None]:
+def local_workers(count: int) -> Iterator[LocalPool | None]:
     """Open worker processes, None for one; where the body fails they stop in the middle of what they do."""
-    executor = Workers(count) if count > 1 else None
+    executor = LocalPool(count) if count > 1 else None
     done = False
     try:
         yield executor
@@ -100,51 +113,54 @@ def local_workers(count: int) -> Iterator[Executor | None]:
             executor.shutdown(wait=done)
 
 
-class _Worker:
-    """One process and the pipe to it."""
+@contextmanager
+def cluster(address: str) -> Iterator[tuple[Executor, int]]:
+    """Open a dask cluster by its scheduler's address; also tell how many tasks it is to be handed at a time.
 
-    def __init__(self) -> None:
-        context = multiprocessing.get_context("spawn")  # a fork would copy locks and the physics engine's state
-        self._pipe, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        self._process.start()
-        theirs.close()
-        self.tasks_done = 0
-
-    @property
-    def is_alive(self) -> bool:
-        return self._process.is_alive()
-
-    def call(self, fn: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
-        self.tasks_done += 1
+    Raises
+    ------
+    InputError
+        If `distributed` is not installed, nobody answers at the address, or the cluster has no worker.
+    """
+    try:
+        import distributed
+    except ImportError:
+        raise InputError("a cluster is reached with distributed: pip install 'rectmerge[bench]'") from None
+    try:
+        client: Any = distributed.Client(address, timeout=REACHED_WITHIN_S, set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError):
+        raise InputError(f"--cluster {address}: no dask scheduler answers there") from None
+    with client:
         try:
-            self._pipe.send((fn, args, kwargs))
-            return self._pipe.recv()
-        except (EOFError, OSError):
-            self._process.join()
-            raise WorkerDiedError(self._process.exitcode) from None
-
-    def stop(self) -> None:
-        self._process.terminate()
-        self._process.join()
-        self._pipe.close()
-
-
-def _serve(pipe: Connection) -> None:
-    """Do tasks until the other end goes away."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is interrupted, and stops its workers
-    while True:
+            client.wait_for_workers(1, timeout=REACHED_WITHIN_S)
+        except TimeoutError:
+            raise InputError(f"--cluster {address}: the cluster has no worker") from None
+        executor, done = client.get_executor(pure=False), False
         try:
-            fn, args, kwargs = pipe.recv()
-        except (EOFError, OSError):
-            return
-        pipe.send(fn(*args, **kwargs))
+            yield executor, TASKS_PER_WORKER * sum(client.nthreads().values())
+            done = True
+        finally:
+            executor.shutdown(wait=done)
+
+
+@contextmanager
+def workplace(workers: int, address: str | None) -> Iterator[tuple[Executor | None, int]]:
+    """Open a cluster where there is an address, local workers else; also tell how many tasks it is to be handed."""
+    if address is not None:
+        with cluster(address) as opened:
+            yield opened
+    else:
+        with local_workers(workers) as pool:
+            yield pool, TASKS_PER_WORKER * workers
 
 
 def completed(
-    executor: Executor | None, fn: Callable[[Item], T], items: Sequence[Item]
+    executor: Executor | None, fn: Callable[[Item], T], items: Iterable[Item], *, in_flight: int = IN_FLIGHT
 ) -> Iterator[tuple[Item, Future[T]]]:
     """Do `fn` on every item and yield each item with its finished future, as they end.
+
+    A worker that dies costs the tasks in flight: they are done again alone, and one whose worker died three times
+    fails with `WorkerDiedError`.
 
     Parameters
     ----------
@@ -153,96 +169,76 @@ def completed(
     fn
         The work; picklable where the executor needs it.
     items
-        What to do it on.
+        What to do it on; taken one by one, as there is room.
+    in_flight
+        How many tasks are handed to the executor at a time.
     """
     if executor is None:
-        for item in items:
-            done: Future[T] = Future()
-            done.set_result(fn(item))
-            yield item, done
+        yield from ((item, _done_here(fn, item)) for item in items)
         return
-    futures = {executor.submit(fn, item): item for item in items}
-    for future in as_completed(futures):
-        yield futures[future], future
+    waiting, running, suspects = iter(items), dict[Future[T], Item](), list[Item]()
+    while True:
+        if not suspects:
+            running |= {executor.submit(fn, item): item for item in islice(waiting, in_flight - len(running))}
+        if not running and not suspects:
+            return
+        for future in wait(running, return_when=FIRST_COMPLETED).done:
+            item = running.pop(future)
+            if _has_died(future):
+                suspects.append(item)
+            else:
+                yield item, future
+        if not running:
+            yield from ((item, _done_alone(executor, fn, item)) for item in suspects)
+            suspects = []
+
+
+def _done_here(fn: Callable[[Item], T], item: Item) -> Future[T]:
+    done: Future[T] = Future()
+    done.set_result(fn(item))
+    return done
+
+
+def _done_alone(executor: Executor, fn: Callable[[Item], T], item: Item) -> Future[T]:
+    """Find out whether a task kills its worker, with nothing else at work; one death it was there at already."""
+    for _ in range(DEATHS - 1):
+        future = executor.submit(fn, item)
+        wait([future])
+        if not _has_died(future):
+            return future
+        if _is_given_up(future.exception()):
+            break
+    failed: Future[T] = Future()
+    failed.set_exception(WorkerDiedError(executor.status if isinstance(executor, LocalPool) else None))
+    return failed
+
+
+def _has_died(future: Future[Any]) -> bool:
+    """Whether a task's worker died.
+
+    Raises
+    ------
+    InputError
+        If the cluster itself is gone.
+    """
+    if future.cancelled():
+        raise InputError("the cluster went away; the same command goes on where this one stopped")
+    return isinstance(error := future.exception(), BrokenExecutor) or _is_given_up(error)
+
+
+def _is_given_up(error: BaseException | None) -> bool:
+    """Whether dask gave a task up after several deaths; by name, for its library may not be there."""
+    return type(error).__name__ == "KilledWorker"
 
 
 @contextmanager
-def time_limit(seconds: float) -> Iterator[None]:
-    """Raise `OutOfTimeError` in the body after `seconds` of wall time, where signals can do it.
-
-    Works in the main thread of a process on systems with alarms, elsewhere it does nothing. The interpreter must get
-    a word in: a single compiled call is only interrupted when it returns.
-    """
-    if (
-        not math.isfinite(seconds)
-        or threading.current_thread() is not threading.main_thread()
-        or not hasattr(signal, "setitimer")
-    ):
-        yield
-        return
-
-    def expire(_signal: int, _frame: object) -> None:
-        raise OutOfTimeError(f"no answer within {seconds:g} s")
-
-    before = signal.signal(signal.SIGALRM, expire)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+def _no_interrupts() -> Iterator[None]:
+    """Keep Ctrl-C from what is started in the body: the parent is interrupted, and stops its workers."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Attempt(Generic[T]):
-    """What came of a call: its value, or the outcome, the reason and the traceback of its failure."""
-
-    value: T | None = None
-    failure: Outcome | None = None
-    reason: str = ""
-    log: str | None = None
-
-
-def attempt(call: Callable[[], T], timeout_s: float = math.inf) -> Attempt[T]:
-    """Make a call that may fail in any way, and go on.
-
-    Parameters
-    ----------
-    call
-        Somebody's method, or the making of a pair.
-    timeout_s
-        Wall time after which it counts as failed; see `time_limit` for what that can stop.
-    """
-    try:
-        with time_limit(timeout_s):
-            return Attempt(value=call())
-    except OutOfTimeError as error:
-        return Attempt(failure="timeout", reason=str(error))
-    except MemoryError:
-        return Attempt(failure="out-of-memory", reason="memory ran out", log=traceback.format_exc())
-    except Exception as error:  # noqa: BLE001 - the one place where a crash becomes a row and the suite goes on
-        reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-        starved = isinstance(error, cv2.error) and error.code == OPENCV_NO_MEMORY
-        return Attempt(failure="out-of-memory" if starved else "error", reason=reason, log=traceback.format_exc())
-
-
-def reset_peak_memory() -> bool:
-    """Start measuring this process's peak memory anew; False where the system cannot."""
-    try:
-        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
-    except OSError:
-        return False
-    return True
-
-
-def peak_memory_mb() -> float | None:
-    """Return the highest resident memory of this process since the reset, in MB; None where it cannot be told."""
-    try:
-        status = Path("/proc/self/status").read_text(encoding="ascii", errors="replace")
-    except OSError:
-        return None
-    peaks = [line.split()[1] for line in status.splitlines() if line.startswith("VmHWM:")]
-    return int(peaks[0]) / 1024 if peaks else None
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def describe_machine(command: str = "") -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from rectmerge.grid import OccupancyGrid
 from rectmerge.mapfile import write_map
-from scenarios.bench import cleared_folder, write_json
+from scenarios.outputs import cleared_folder, write_json
 from scenarios.pairs import MapPair, make_pair
 from scenarios.placement import MapSpec
 from sim.missionlog import MissionLog

@@ -19,8 +19,8 @@ from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.levels import infer_levels
 from rectmerge.mapfile import encode_map
 from rectmerge.resultfolder import plain
+from scenarios.attempts import attempt
 from scenarios.dataset import SPLITS
-from scenarios.executors import attempt
 from scenarios.pairs import MapPair, PairSource
 from scenarios.truth import control_point_rmse
 from sim.missionlog import MissionLog

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from rectmerge.errors import RectMergeError, SimulationError
 from rectmerge.imagefile import replace_file
 from rectmerge.quality import measure_quality
-from scenarios.bench import cleared_folder
+from scenarios.attempts import peak_memory_mb
 from scenarios.contactsheet import contact_sheet, paletted_png
 from scenarios.dataset import open_dataset
-from scenarios.executors import WorkerDiedError, completed, describe_machine, peak_memory_mb
+from scenarios.executors import WorkerDiedError, completed, describe_machine
+from scenarios.outputs import cleared_folder
 from scenarios.pairs import MapPair
 from scenarios.realismpage import page
 from scenarios.scenario import MissionSource

@@ -198,7 +198,7 @@ def _answered(rows: Sequence[Row]) -> tuple[NDArray[np.float64], NDArray[np.floa
 
 def _median_seconds(rows: Sequence[Row]) -> float | None:
     """Median processor time of an answer: what it takes of one core that does nothing else."""
-    seconds = [row["seconds"]["cpu"] for row in rows if row["seconds"]]
+    seconds = [row["seconds"]["cpu"] for row in rows if row["seconds"] and row["seconds"]["cpu"] is not None]
     return float(np.median(seconds)) if seconds else None
 
 

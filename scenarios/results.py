@@ -8,6 +8,7 @@ from pathlib import Path
 
 import cv2
 
+from rectmerge.errors import InputError
 from rectmerge.imagefile import replace_file
 from rectmerge.methods import make_method
 from scenarios import bench
@@ -15,8 +16,10 @@ from scenarios.ablation import ABLATIONS, ablated_rows
 from scenarios.accuracy import baseline_of, real_tasks, simulated_tasks
 from scenarios.dataset import RowSource
 from scenarios.executors import describe_machine
+from scenarios.outputs import write_json
 from scenarios.pairs import PairSource
 from scenarios.resultpage import page
+from scenarios.resume import SUMMARY
 from scenarios.rows import Contender, Row
 
 METHOD = "robust"
@@ -50,7 +53,7 @@ class Plan:
 
 
 def write_results(
-    plan: Plan, out: str | Path, *, force: bool = False, on_rows: Callable[[Sequence[Row]], None] | None = None
+    plan: Plan, out: str | Path, *, force: bool = False, on_rows: Callable[[Sequence[Row]], None] = lambda rows: None
 ) -> None:
     """Run every row in this process, on one core, and write the page and the baseline.
 
@@ -61,14 +64,14 @@ def write_results(
     out
         Folder for ``README.md`` and ``baseline.json``; the rows go into ``run/`` below it, a run's folder each.
     force
-        Replace the earlier runs in it.
+        Clear the earlier runs in it. Without it an interrupted command goes on, by the code as it is now.
     on_rows
         Told of the rows as they come.
 
     Raises
     ------
     InputError
-        If the folder holds earlier runs and `force` is off, or cannot be written.
+        If the folder holds complete earlier runs and `force` is off, or cannot be written.
     """
     folder, threads = Path(out), cv2.getNumThreads()
     cv2.setNumThreads(1)
@@ -78,11 +81,10 @@ def write_results(
         ablated = {}
         for ablation in ABLATIONS:
             ablated[ablation.name] = list(ablated_rows(ablation, pairs))
-            if on_rows:
-                on_rows(ablated[ablation.name])
+            on_rows(ablated[ablation.name])
     finally:
         cv2.setNumThreads(threads)
-    bench.write_json(folder / BASELINE, baseline_of(rows))
+    write_json(folder / BASELINE, baseline_of(rows))
     replace_file(folder / PAGE, page(rows, ablated, describe_machine()).encode())
 
 
@@ -91,8 +93,10 @@ def _run(
     folder: Path,
     *,
     force: bool,
-    on_rows: Callable[[Sequence[Row]], None] | None,
+    on_rows: Callable[[Sequence[Row]], None],
 ) -> list[Row]:
+    if not force and all((folder / name / SUMMARY).exists() for name in tasks):
+        raise InputError(f"{folder}: holds earlier results; --force clears them")
     contenders, rows = [Contender(label=METHOD, method=make_method(METHOD))], []
     for name, sources in tasks.items():
         bench.run(sources, contenders, folder / name, suite=name, force=force, on_rows=on_rows)

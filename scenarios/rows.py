@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import functools
+import os
 import time
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, cast
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from rectmerge.alignment import Alignment, Method
 from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
 from rectmerge.methods import align, make_method
-from scenarios.executors import Attempt, attempt, peak_memory_mb, reset_peak_memory
-from scenarios.pairs import MapPair, PairSource
+from scenarios.attempts import Attempt, attempt, peak_memory_mb, reset_peak_memory
+from scenarios.commandmethod import MATRIX, PROGRAM_PEAK_MB, Program
+from scenarios.limits import Limits, call_within
+from scenarios.pairs import MapPair
 from scenarios.score import CANDIDATES_HEARD, grade, measure_errors, outcome_of, stratum_of
 from scenarios.truth import is_bent, known_extent
 
 Row = dict[str, Any]
-TIMEOUT_S = 300.0  # of one answer
+Task = tuple[str, str]  # a pair's id and a contender's label
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,32 +88,56 @@ def contenders_of(names: Sequence[str], entries: Sequence[Entry], settings: Sequ
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
-    """A method's answer to one pair, or its failure, and what it took; `peak_mb` is None where it cannot be told."""
+    """A method's answer to one pair, or its failure, and what it took; None is what cannot be told."""
 
     attempt: Attempt[Alignment]
-    wall_s: float
-    cpu_s: float
+    wall_s: float | None
+    cpu_s: float | None
     peak_mb: float | None
 
 
-def answer(pair: MapPair, contender: Contender, *, seed: int = 0, timeout_s: float = TIMEOUT_S) -> Answer:
+def answer(pair: MapPair, contender: Contender, *, seed: int = 0) -> Answer:
     """Ask a method for one pair, timed; what it compiles on its first call in this process is compiled before."""
-    attempt(lambda: _warm_up(cast(Hashable, contender.method)), timeout_s)
+    attempt(lambda: _warm_up(cast(Hashable, contender.method)))
+    return _timed(pair.a, pair.b, contender.method, seed)
+
+
+def answer_within(pair: MapPair, contender: Contender, *, seed: int = 0, limits: Limits) -> Answer:
+    """Ask a method for one pair in a child process, which times itself and is killed where it takes too much."""
+    call = functools.partial(_timed, pair.a, pair.b, contender.method, seed)
+    compiles = not isinstance(contender.method, Program)
+    first = functools.partial(_warm_up, cast(Hashable, contender.method)) if compiles else None
+    got = call_within(limits, call, warm_up=first)
+    if got.value is not None:
+        return got.value
+    lost: Attempt[Alignment] = Attempt(failure=got.failure, reason=got.reason, log=got.log)
+    waited = limits.timeout_s if got.failure == "timeout" else None
+    return Answer(attempt=lost, wall_s=waited, cpu_s=None, peak_mb=None)
+
+
+def _timed(a: OccupancyGrid, b: OccupancyGrid, method: Method, seed: int) -> Answer:
     can_measure = reset_peak_memory()
-    wall, cpu = time.perf_counter(), time.process_time()
-    got = attempt(lambda: align(pair.a, pair.b, method=contender.method, seed=seed), timeout_s)
-    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-    return Answer(attempt=got, wall_s=wall, cpu_s=cpu, peak_mb=peak_memory_mb() if can_measure else None)
+    wall, cpu = time.perf_counter(), _cpu_s()
+    got = attempt(lambda: align(a, b, method=method, seed=seed))
+    wall, cpu = time.perf_counter() - wall, _cpu_s() - cpu
+    peaks = [got.value.trace.get(PROGRAM_PEAK_MB) if got.value else None, peak_memory_mb() if can_measure else None]
+    return Answer(attempt=got, wall_s=wall, cpu_s=cpu, peak_mb=max((peak for peak in peaks if peak), default=None))
+
+
+def _cpu_s() -> float:
+    """Time of all cores that this process and the programs it started have used, seconds."""
+    used = os.times()
+    return time.process_time() + used.children_user + used.children_system
 
 
 def row_of(pair: MapPair, contender: Contender, given: Answer) -> Row:
     """Score an answer and lay it out as a row of ``results.jsonl``."""
     found = given.attempt.value
-    row = _blank_row(pair.pair_id, pair.suite, pair.place, contender.label)
+    row = blank_row(pair.pair_id, pair.suite, pair.place, contender.label)
     extent = known_extent(pair.a) if pair.pixels else None
     residual = pair.residual_px / extent if extent and pair.residual_px is not None else None
     stratum = stratum_of(pair.related, pair.overlap)
-    candidates = [candidate.pixels for candidate in found.candidates] if found is not None else []
+    candidates = _placements(found) if found is not None else []
     errors = [measure_errors(pixels, pair) for pixels in candidates[:CANDIDATES_HEARD]] if extent else []
     grades = [grade(e, residual or 0.0) for e in errors]
     row.update(
@@ -122,7 +150,7 @@ def row_of(pair: MapPair, contender: Contender, given: Answer) -> Row:
         outcome=given.attempt.failure,
         reason=given.attempt.reason,
         log=given.attempt.log,
-        seconds={"cpu": given.cpu_s, "wall": given.wall_s},
+        seconds=None if given.wall_s is None else {"cpu": given.cpu_s, "wall": given.wall_s},
         peak_mb=given.peak_mb,
         info=dict(pair.info),
     )
@@ -132,7 +160,7 @@ def row_of(pair: MapPair, contender: Contender, given: Answer) -> Row:
             verdict=found.verdict,
             reason=found.reason,
             confidence=found.confidence,
-            candidates=[pixels.matrix.tolist() for pixels in candidates],
+            candidates=[pixels.tolist() for pixels in candidates],
             errors=errors[0].as_dict() if errors else None,
             grades=grades,
             trace=dict(found.trace),
@@ -140,63 +168,19 @@ def row_of(pair: MapPair, contender: Contender, given: Answer) -> Row:
     return row
 
 
-def rows_of_source(
-    source: PairSource, *, suite: str, contenders: Sequence[Contender], seed: int = 0, timeout_s: float = TIMEOUT_S
-) -> list[Row]:
-    """Make the pairs of a source and put every contender to each of them.
-
-    A pair that cannot be made is an error row of every contender: it stays in the denominator.
-    """
-    rows: list[Row] = []
-    missing = list(source.pair_ids)
-    lost: Attempt[Any] = Attempt(failure="error", reason="its source ended without it")
-    for made in _made_pairs(source):
-        if (pair := made.value) is None:
-            lost = made
-            break
-        missing = [pair_id for pair_id in missing if pair_id != pair.pair_id]
-        for one in contenders:
-            given = answer(pair, one, seed=seed, timeout_s=timeout_s)
-            scored = attempt(functools.partial(row_of, pair, one, given))
-            rows += [scored.value] if scored.value else failed_rows(source, [pair.pair_id], [one], scored, suite=suite)
-    return rows + failed_rows(source, missing, contenders, lost, suite=suite)
+def _placements(found: Alignment) -> list[NDArray[np.float64]]:
+    """Return the candidates' pixel matrices; what a program printed stays as it is, mirrored or sheared."""
+    if (printed := found.trace.get(MATRIX)) is not None:
+        return [np.asarray(printed)]
+    return [candidate.pixels.matrix for candidate in found.candidates]
 
 
-def failed_rows(
-    source: PairSource, pair_ids: Sequence[str], contenders: Sequence[Contender], failure: Attempt[Any], *, suite: str
-) -> list[Row]:
-    """Make the rows of pairs that could not be made: they stay in the denominator, as pairs that had to be merged."""
-    return [
-        {
-            **_blank_row(pair_id, suite, source.source_id, one.label),
-            "stratum": "required",
-            "outcome": failure.failure,
-            "reason": f"the pair could not be made or scored: {failure.reason}",
-            "log": failure.log,
-        }
-        for pair_id in pair_ids
-        for one in contenders
-    ]
-
-
-def _blank_row(pair_id: str, suite: str, place: str, label: str) -> Row:
-    row: Row = {"task_id": f"{suite}/{pair_id}/{label}", "pair_id": pair_id, "suite": suite, "place": place}
+def blank_row(pair_id: str, suite: str, place: str, label: str) -> Row:
+    """Lay out a row of which nothing is known yet."""
+    row: Row = {"task_id": None, "pair_id": pair_id, "suite": suite, "place": place}
     keys = ("related", "stratum", "bent", "overlap", "residual_px", "extent_px", "outcome", "verdict", "confidence")
     late = ("candidates", "grades", "errors", "seconds", "peak_mb", "reason", "log", "info", "trace")
     return {**row, "method": label, **dict.fromkeys((*keys, *late))}
-
-
-def _made_pairs(source: PairSource) -> Iterator[Attempt[MapPair]]:
-    """Make pairs one by one; the first failure ends it."""
-    opened = attempt(lambda: iter(source.pairs()))
-    while opened.value is not None:
-        made = attempt(functools.partial(next, opened.value, None))
-        if made.value is None and made.failure is None:
-            return
-        yield made
-        if made.failure:
-            return
-    yield Attempt(failure=opened.failure, reason=opened.reason, log=opened.log)
 
 
 @functools.cache

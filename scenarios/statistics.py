@@ -1,10 +1,9 @@
-"""Rates with their counts, intervals by bootstrap clustered by place, and the summary of a run's rows."""
+"""Rates with their counts, and intervals by bootstrap clustered by place."""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -12,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
-from scenarios.score import RIGHT
 
-STRATA = ("required", "optional", "unrelated")
 RESAMPLES = 2000
+DRAWN_AT_ONCE = 10**6  # numbers of places in one step of the bootstrap
 Z95 = 1.959963984540054  # two-sided 95 % of the normal distribution
 
 
@@ -102,16 +100,7 @@ def clustered_rate(hits: Sequence[bool], places: Sequence[str], *, seed: int = 0
     """
     if len(hits) != len(places):
         raise InputError(f"one place per row: {len(hits)} rows, {len(places)} places")
-    if not hits:
-        return Rate(0, 0, 0.0, 1.0)
-    sums, counts = _by_place(np.asarray(hits, dtype=np.float64), places)
-    k, n = int(sums.sum()), len(hits)
-    if np.ptp(sums / counts) == 0:
-        return Rate(k, n, *wilson_interval(k / n, len(sums)))
-    drawn = np.random.default_rng(seed).integers(0, len(sums), (RESAMPLES, len(sums)))  # (R, places)
-    rates = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
-    low, high = np.quantile(rates, (0.025, 0.975))
-    return Rate(k, n, float(low), float(high))
+    return rate_of_places(*_by_place(np.asarray(hits, dtype=np.float64), places), seed=seed)
 
 
 def mean_of_places(hits: Sequence[bool], places: Sequence[str]) -> float | None:
@@ -122,61 +111,57 @@ def mean_of_places(hits: Sequence[bool], places: Sequence[str]) -> float | None:
     return float((sums / counts).mean())
 
 
-def summarise(rows: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Summarise rows of ``results.jsonl`` by method and stratum.
+def clustered_difference(
+    now: Sequence[float], before: Sequence[float], places: Sequence[str], *, seed: int = 0
+) -> tuple[float, float, float]:
+    """Return the mean difference of paired rows, now less before, with its 95 % interval by bootstrap over places.
 
     Parameters
     ----------
-    rows
-        As in DESIGN's contract; every row counts, whatever its outcome.
+    now, before
+        One value per row each: of the same pair under the two runs.
+    places
+        The place (cluster) of each row.
+    seed
+        Of the resampling.
 
-    Returns
-    -------
-    dict
-        By method, then by stratum: "required", "optional", "unrelated", and "bent" apart, whose rows are in the others
-        as well. Strata without rows are left out.
+    Notes
+    -----
+    Where every place has the same mean difference the bootstrap says nothing, and the interval is that one number.
+
+    Examples
+    --------
+    >>> clustered_difference([1, 1], [0, 1], ["a", "a"])
+    (0.5, 0.5, 0.5)
     """
-    summary: dict[str, dict[str, Any]] = {}
-    for method in dict.fromkeys(row["method"] for row in rows):
-        mine = [row for row in rows if row["method"] == method]
-        strata = {name: [row for row in mine if row["stratum"] == name] for name in STRATA}
-        strata["bent"] = [row for row in mine if row["bent"]]
-        summary[method] = {name: _summary(part) for name, part in strata.items() if part}
-    return summary
+    if not len(now) == len(before) == len(places):
+        raise InputError(f"one value per row: {len(now)} now, {len(before)} before, {len(places)} places")
+    if not places:
+        return 0.0, 0.0, 0.0
+    sums, counts = _by_place(np.asarray(now, dtype=np.float64) - np.asarray(before, dtype=np.float64), places)
+    return float(sums.sum() / len(places)), *_bootstrap(sums, counts, seed)
 
 
-def _summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    places = [row["place"] for row in rows]
-    right = [row["outcome"] == "right-accepted" for row in rows]
-    answered = [
-        (row["confidence"], bool(row["grades"]) and row["grades"][0] in RIGHT) for row in rows if row["verdict"]
-    ]
-    return {
-        "n": len(rows),
-        "places": len(set(places)),
-        "outcomes": dict(Counter(row["outcome"] for row in rows)),
-        "right_accepted": clustered_rate(right, places).as_dict(),
-        "right_accepted_mean_of_places": mean_of_places(right, places),
-        "wrong_accepted": clustered_rate([row["outcome"] == "wrong-accepted" for row in rows], places).as_dict(),
-        "best_candidate": dict(Counter(row["grades"][0] if row["grades"] else "none" for row in rows)),
-        "median_e_px": _median(_error(row) for row in rows),
-        "median_e_px_right": _median(_error(row) for row, ok in zip(rows, right, strict=True) if ok),
-        "median_wall_s": _median(row["seconds"]["wall"] for row in rows if row["seconds"]),
-        "brier": float(np.mean([(c - ok) ** 2 for c, ok in answered])) if answered else None,
-        "share_of_answers_not_right": float(np.mean([not ok for _, ok in answered])) if answered else None,
-    }
+def rate_of_places(sums: NDArray[np.float64], counts: NDArray[np.float64], *, seed: int = 0) -> Rate:
+    """Give the rate of hits counted by place as `clustered_rate` does; hits and rows of each place, shape (places,)."""
+    if not len(sums):
+        return Rate(0, 0, 0.0, 1.0)
+    k, n = int(sums.sum()), int(counts.sum())
+    if np.ptp(sums / counts) == 0:
+        return Rate(k, n, *wilson_interval(k / n, len(sums)))
+    return Rate(k, n, *_bootstrap(sums, counts, seed))
 
 
-def _error(row: Mapping[str, Any]) -> float:
-    """The best candidate's error; a row without a candidate is as bad as can be."""
-    return float(row["errors"]["e_px"]) if row["errors"] else math.inf
-
-
-def _median(values: Iterable[float]) -> float | None:
-    """The median; None of nothing, and where half of the values are infinite."""
-    array = np.asarray(list(values), dtype=np.float64)
-    middle = float(np.sort(array)[len(array) // 2]) if len(array) else math.inf
-    return float(np.median(array)) if math.isfinite(middle) else None
+def _bootstrap(sums: NDArray[np.float64], counts: NDArray[np.float64], seed: int) -> tuple[float, float]:
+    """Return the 95 % interval of sums over counts, places drawn with replacement; a few resamples at a time."""
+    rng, rates = np.random.default_rng(seed), np.empty(RESAMPLES)
+    step = max(1, DRAWN_AT_ONCE // len(sums))
+    for start in range(0, RESAMPLES, step):
+        part = rates[start : start + step]
+        drawn = rng.integers(0, len(sums), (len(part), len(sums)))  # (R, places)
+        part[:] = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
+    low, high = np.quantile(rates, (0.025, 0.975))
+    return float(low), float(high)
 
 
 def _by_place(values: NDArray[np.float64], places: Sequence[str]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

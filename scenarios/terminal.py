@@ -4,12 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rectmerge import console
 
 if TYPE_CHECKING:
     from scenarios.rows import Row
 
-Advance = Callable[[int, str], None]
+SPEED_OVER_S = 600.0  # a mission takes its time: what is left is guessed from the last minutes
+
+
+class Advance(Protocol):
+    """How much more is done, and the last word on it; `before` counts what was done by an earlier command."""
+
+    def __call__(self, count: int, word: str, *, before: bool = False) -> None:
+        """Count it in."""
+
+
 LEGEND = """
 right: accepted and right, k (rate, 95 % interval by place). wrong: accepted
 though wrong; of unrelated pairs, false merges. unsure: ambiguous, with / without
@@ -20,7 +31,7 @@ worst; e right: of those right. bent pairs are in the other strata too."""
 
 @contextmanager
 def progress(total: int, quiet: bool) -> Iterator[Advance]:
-    """Show on stderr how much is done, what the last word on it was, and when the rest will be."""
+    """Show on stderr, where that is a terminal, how much is done, how fast, and when the rest will be."""
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -31,15 +42,35 @@ def progress(total: int, quiet: bool) -> Iterator[Advance]:
         TimeRemainingColumn,
     )
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    screen = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"))
     times = (TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
-    with Progress(*columns, *times, console=Console(stderr=True), disable=quiet) as bars:
-        task = bars.add_task("starting", total=total)
+    off = quiet or not screen.is_terminal
+    with Progress(*columns, *times, console=screen, disable=off, speed_estimate_period=SPEED_OVER_S) as bars:
+        task = bars.add_task("starting", total=total, rate="")
 
-        def advance(count: int, word: str) -> None:
-            bars.update(task, advance=count, description=word)
+        def advance(count: int, word: str, *, before: bool = False) -> None:
+            if before:
+                bars.reset(task, completed=count, description=word)
+                return
+            speed = bars.tasks[0].speed
+            rate = "" if speed is None else f"{60 * speed:.3g}/min"
+            bars.update(task, advance=count, description=word, rate=rate)
 
         yield advance
+
+
+def told_of_earlier_rows(advance: Advance, total: int, quiet: bool) -> Callable[[int], None]:
+    """Return what tells of the rows that a folder holds already."""
+
+    def on_start(done: int) -> None:
+        if done:
+            what = "nothing is left to do" if done >= total else f"going on after {done} of {total} rows"
+            if not quiet:
+                console.say(f"rectbench: {what}")
+            advance(done, "going on", before=True)
+
+    return on_start
 
 
 def told_of_rows(advance: Advance) -> Callable[[Sequence[Row]], None]:

@@ -111,6 +111,9 @@ class Failing:
             cv2.resize(np.zeros((2, 2), np.uint8), (2_000_000_000, 1_000_000))
         if self.how == "hang":
             time.sleep(30)
+        if self.how == "greedy":
+            taken = [np.ones(2**20) for _ in range(1000)]
+            time.sleep(30 + len(taken))
         if self.how == "killed":
             os.kill(os.getpid(), signal.SIGKILL)
         if self.how == "exit":

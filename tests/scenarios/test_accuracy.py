@@ -10,8 +10,10 @@ import pytest
 
 from rectmerge.methods import DEFAULT_METHOD, make_method
 from scenarios.accuracy import baseline_of, count, group_of, grouped, real_tasks, regressions, simulated_tasks
-from scenarios.rows import Contender, rows_of_source
+from scenarios.rows import Contender
 from scenarios.scenario import load_suite
+from scenarios.tasks import task_ids
+from scenarios.work import Terms, Work, do
 
 BASELINE = Path(__file__).parents[2] / "results/robust/baseline.json"
 MAPS = os.environ.get("RECTMERGE_REAL_MAPS")
@@ -21,8 +23,10 @@ needs_maps = pytest.mark.skipif(
 
 
 def rows_of(name, sources):
-    contender = Contender(label=DEFAULT_METHOD, method=make_method(DEFAULT_METHOD))
-    return [row for source in sources for row in rows_of_source(source, suite=name, contenders=[contender])]
+    contenders = [Contender(label=DEFAULT_METHOD, method=make_method(DEFAULT_METHOD))]
+    terms = Terms(contenders=contenders, suite=name)
+    works = [Work(source=source, tasks=task_ids(source, contenders, seed=0), terms=terms) for source in sources]
+    return [row for work in works for row in do(work).rows]
 
 
 def assert_no_regression(rows):

@@ -1,6 +1,4 @@
 import json
-import signal
-import time
 import tomllib
 from dataclasses import dataclass
 
@@ -10,8 +8,11 @@ from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.methods import align
 from scenarios.bench import read_rows, run
-from scenarios.executors import OutOfTimeError, Workers, completed, time_limit
-from scenarios.rows import Contender, answer, row_of, rows_of_source
+from scenarios.dataset import open_dataset
+from scenarios.limits import Limits
+from scenarios.rows import Contender, answer, row_of
+from scenarios.tasks import task_ids
+from scenarios.work import Terms, Work, do
 from tests.scenarios.made import Failing, Fixed, Source, grid, pair
 
 CONTRACT = {
@@ -28,9 +29,14 @@ def outcomes(rows):
     return [(row["pair_id"], row["method"], row["outcome"]) for row in rows]
 
 
-def row(method, the_pair=None, **options):
+def timeless(folder):
+    rows = [{**row, "seconds": None, "peak_mb": None} for row in read_rows(folder)]
+    return sorted(rows, key=lambda row: row["task_id"])
+
+
+def row(method, the_pair=None):
     one, the_pair = contender(method), the_pair or pair()
-    return row_of(the_pair, one, answer(the_pair, one, **options))
+    return row_of(the_pair, one, answer(the_pair, one))
 
 
 def test_a_right_answer_is_a_full_row():
@@ -42,7 +48,6 @@ def test_a_right_answer_is_a_full_row():
     assert scored["errors"]["e_over_l"] == pytest.approx(0.3 / (40**2 + 60**2) ** 0.5)
     assert scored["candidates"] == [[[1.0, 0.0, 4.3], [0.0, 1.0, 2.0]]]
     assert scored["seconds"]["wall"] > 0
-    assert scored["task_id"] == "made/p0/one"
 
 
 @pytest.mark.parametrize(
@@ -57,11 +62,10 @@ def test_a_right_answer_is_a_full_row():
         (Failing(), True, "error"),
         (Failing(how="memory"), True, "out-of-memory"),
         (Failing(how="opencv memory"), True, "out-of-memory"),
-        (Failing(how="hang"), True, "timeout"),
     ],
 )
 def test_outcome_of_a_row(method, related, expected):
-    assert row(method, pair(related=related), timeout_s=0.1)["outcome"] == expected
+    assert row(method, pair(related=related))["outcome"] == expected
 
 
 def test_a_method_is_warmed_up_once_on_a_building_that_it_can_merge():
@@ -89,8 +93,13 @@ def test_an_error_keeps_its_reason_and_its_traceback():
     assert scored["verdict"] is None
 
 
+def rows_from(source, contenders, **terms):
+    tasks = task_ids(source, contenders, seed=0)
+    return do(Work(source=source, tasks=tasks, terms=Terms(suite="made", contenders=contenders, **terms))).rows
+
+
 def test_a_pair_that_cannot_be_made_is_an_error_of_every_contender():
-    rows = rows_of_source(Source(fails=True), suite="made", contenders=[contender(), contender(label="two")])
+    rows = rows_from(Source(fails=True), [contender(), contender(label="two")])
 
     assert outcomes(rows) == [
         ("m0-related", "one", "right-accepted"),
@@ -107,11 +116,75 @@ def test_a_pair_that_cannot_be_scored_is_an_error():
         def pairs(self):
             yield pair("m0-related", a=OccupancyGrid(0 * grid().occupancy - 1))
 
-    rows = rows_of_source(Unknown(), suite="made", contenders=[contender()])
+    rows = rows_from(Unknown(), [contender()])
 
     assert [row["outcome"] for row in rows] == ["error", "error"]
     assert "no known cell" in rows[0]["reason"]
     assert "ended without it" in rows[1]["reason"]
+
+
+def test_only_the_tasks_that_are_asked_for_are_done():
+    contenders = [contender(), contender(label="two")]
+    terms = Terms(suite="made", contenders=contenders)
+
+    rows = do(Work(source=Source(), tasks={("m0-unrelated", "two"): "5"}, terms=terms)).rows
+
+    assert [(row["task_id"], *key) for row, key in zip(rows, outcomes(rows), strict=True)] == [
+        ("5", "m0-unrelated", "two", "wrong-accepted")
+    ]
+
+
+def test_pairs_are_kept_in_a_data_set_beside_the_rows(tmp_path):
+    sources = [Source(), Source(source_id="m1", fails=True)]
+    run(sources, [contender()], tmp_path, suite="made", dataset={"title": "Made", "description": "for tests"})
+
+    again = run(open_dataset(tmp_path / "dataset"), [contender()], tmp_path / "again", suite="made")
+    first, second = (
+        {row["pair_id"]: row["outcome"] for row in read_rows(folder)} for folder in (tmp_path, tmp_path / "again")
+    )
+    assert again["rows"] == 3
+    assert first == second | {"m1-unrelated": "error"}
+
+
+def test_kept_pairs_are_whole_after_an_interruption(tmp_path):
+    def interrupt(rows):
+        raise KeyboardInterrupt
+
+    def keep(out, **options):
+        card = {"title": "Made", "description": "for tests"}
+        run([Source(), Source(source_id="m1")], [contender()], out, suite="made", dataset=card, **options)
+
+    keep(tmp_path / "whole")
+    with pytest.raises(KeyboardInterrupt):
+        keep(tmp_path / "cut", on_rows=interrupt)
+    keep(tmp_path / "cut")
+
+    whole, cut = (
+        {path.name: path.read_bytes() for path in (tmp_path / name / "dataset").rglob("*.[pj]*")}
+        for name in ("whole", "cut")
+    )
+    assert whole == cut
+    assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("method", "outcome", "reason"),
+    [
+        (Failing(how="hang"), "timeout", "no answer within 0.3 s"),
+        (Failing(how="killed"), "out-of-memory", "was killed, most likely for want of memory, 3 times"),
+        (Failing(how="exit"), "error", "died with status 7, 3 times"),
+        (Failing(how="greedy"), "out-of-memory", "took more than 1000 MB"),
+    ],
+)
+def test_a_method_that_takes_its_process_along_costs_its_own_rows(method, outcome, reason):
+    contenders = [contender(method), contender(label="two")]
+
+    limits = Limits(timeout_s=0.3 if outcome == "timeout" else 30, memory_mb=1000)
+    rows = rows_from(Source(), contenders, limits=limits)
+
+    assert [row["outcome"] for row in rows] == [outcome, "right-accepted", outcome, "wrong-accepted"]
+    assert reason in rows[0]["reason"]
 
 
 def test_a_run_writes_its_folder(tmp_path):
@@ -158,30 +231,81 @@ def test_same_seed_same_rows_and_another_seed_reaches_the_method(tmp_path):
     assert draws("a", 1) == draws("b", 1) != draws("c", 2)
 
 
-def test_an_earlier_run_is_refused_and_cleared_only_with_force(tmp_path):
-    run([Source()], [contender()], tmp_path, suite="made")
-    (tmp_path / "notes.txt").write_text("mine")
-
-    with pytest.raises(InputError, match="--force"):
-        run([Source()], [contender()], tmp_path, suite="made")
-    run([Source()], [contender(label="new")], tmp_path, suite="made", force=True)
-
-    assert {row["method"] for row in read_rows(tmp_path)} == {"new"}
-    assert (tmp_path / "notes.txt").exists()
-
-
-def test_an_interrupted_run_leaves_no_results_under_their_final_name(tmp_path):
+def test_a_run_goes_on_where_it_was_interrupted(tmp_path):
     def interrupt(rows):
         raise KeyboardInterrupt
 
+    sources, started = [Source(), Source(source_id="m1")], []
+    run(sources, [contender()], tmp_path / "whole", suite="made")
     with pytest.raises(KeyboardInterrupt):
-        run([Source()], [contender()], tmp_path, suite="made", on_rows=interrupt)
-
-    assert (tmp_path / "results.jsonl.part").read_text().count("\n") == 2
+        run(sources, [contender()], tmp_path / "cut", suite="made", on_rows=interrupt)
     with pytest.raises(InputError, match="no finished run"):
-        read_rows(tmp_path)
+        read_rows(tmp_path / "cut")
+    run(sources, [contender()], tmp_path / "cut", suite="made", on_start=started.append)
+
+    assert started == [2]
+    assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
+
+
+@pytest.mark.parametrize("cut", [1, 40, 900])
+def test_a_torn_line_and_lost_lines_are_done_again(tmp_path, cut):
+    sources = [Source(), Source(source_id="m1")]
+    run(sources, [contender(), contender(label="two")], tmp_path, suite="made")
+    rows, file = timeless(tmp_path), tmp_path / "results.jsonl"
+    file.write_bytes(file.read_bytes()[:-cut])
+
+    run(sources, [contender(), contender(label="two")], tmp_path, suite="made")
+
+    assert timeless(tmp_path) == rows
+
+
+def test_a_damaged_line_is_named(tmp_path):
+    run([Source()], [contender()], tmp_path, suite="made")
+    file = tmp_path / "results.jsonl"
+    file.write_bytes(b"{torn\n" + file.read_bytes())
+
+    with pytest.raises(InputError, match=r"results.jsonl:1: not JSON"):
+        run([Source()], [contender()], tmp_path, suite="made")
+
+
+@pytest.mark.parametrize(
+    ("change", "differs"),
+    [
+        ({"suite": "other"}, "another suite"),
+        ({"seed": 3}, "another seed"),
+        ({"contenders": [contender(Fixed(tx=5.0))]}, "another methods"),
+        ({"sources": [Source(), Source(source_id="m1")]}, "another pairs"),
+        ({"sources": [Source(fails=True)]}, "another content of the pairs"),
+    ],
+)
+def test_a_run_of_something_else_is_refused_and_cleared_only_with_force(tmp_path, change, differs):
+    same = {"sources": [Source()], "contenders": [contender()], "suite": "made", "seed": 0, "out": tmp_path}
+    run(**same)
+    (tmp_path / "notes.txt").write_text("mine")
+
+    with pytest.raises(InputError, match=f"{differs}.*--force"):
+        run(**{**same, **change})
+    assert run(**same, limits=Limits(timeout_s=9))["rows"] == 2  # limits may differ
+    summary = run(**{**same, **change}, force=True)
+
+    assert summary["rows"] == len(read_rows(tmp_path))
+    assert (tmp_path / "notes.txt").exists()
+
+
+def test_rows_of_an_unknown_run_are_not_added_to(tmp_path):
+    run([Source()], [contender()], tmp_path, suite="made")
+    (tmp_path / "run.toml").unlink()
+
     with pytest.raises(InputError, match="--force"):
         run([Source()], [contender()], tmp_path, suite="made")
+
+
+def test_of_two_runs_into_one_folder_the_second_is_refused(tmp_path):
+    def again(rows):
+        run([Source()], [contender()], tmp_path, suite="made", force=True)
+
+    with pytest.raises(InputError, match="another run is writing into it"):
+        run([Source()], [contender()], tmp_path, suite="made", on_rows=again)
 
 
 def test_labels_differ(tmp_path):
@@ -194,38 +318,3 @@ def test_results_do_not_overwrite_a_file(tmp_path):
 
     with pytest.raises(InputError, match="is a file"):
         run([Source()], [contender()], tmp_path / "file", suite="made")
-
-
-@pytest.mark.slow
-def test_a_killed_worker_costs_only_the_rows_of_the_method_that_died(tmp_path):
-    contenders = [
-        contender(),
-        contender(Failing(how="killed"), "killed"),
-        contender(Failing(how="exit"), "gone"),
-    ]
-    workers = Workers(2)
-    try:
-        run([Source(), Source(source_id="m1")], contenders, tmp_path, suite="made", executor=workers)
-    finally:
-        workers.shutdown()
-
-    rows = read_rows(tmp_path)
-    assert len(rows) == 12
-    for label, expected in (("killed", {"out-of-memory"}), ("gone", {"error"})):
-        assert {row["outcome"] for row in rows if row["method"] == label} == expected
-    assert {row["outcome"] for row in rows if row["method"] == "one"} == {"right-accepted", "wrong-accepted"}
-    assert any("status 7" in row["reason"] for row in rows)
-
-
-def test_work_without_an_executor_is_done_in_order():
-    assert [(item, future.result()) for item, future in completed(None, abs, [-3, 2])] == [(-3, 3), (2, 2)]
-
-
-def test_a_time_limit_ends_with_its_body():
-    with pytest.raises(OutOfTimeError, match=r"0.05 s"), time_limit(0.05):
-        time.sleep(30)
-    with time_limit(0.01):
-        before = signal.getitimer(signal.ITIMER_REAL)[0]
-
-    assert before > 0
-    assert signal.getitimer(signal.ITIMER_REAL)[0] == 0

@@ -2,13 +2,14 @@ import json
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import pytest
 
 from rectmerge import console, methods
-from scenarios import cli
 from scenarios.bench import read_rows
 from scenarios.cli import app
+from scenarios.contest import contest_of
 from tests.scenarios.test_dataset import ROW, UNRELATED, write
 
 
@@ -50,7 +51,7 @@ def test_run_prints_the_summary_as_json(tmp_path, dataset, capsys):
 
     shown = capsys.readouterr()
     assert json.loads(shown.out) == json.loads((tmp_path / "run/summary.json").read_text())
-    assert "2/2" in shown.err  # progress
+    assert shown.err == ""  # no terminal, no progress
 
 
 def test_failures_are_shown_in_the_table(tmp_path, dataset, capsys):
@@ -67,13 +68,20 @@ BAD = {
     "no such method": (["{dataset}", "-m", "none"], "unknown method 'none'"),
     "no such field": (["{dataset}", "-m", "fixed", "--set", "fixed.nope=1"], "no field 'nope'"),
     "setting of nobody": (["{dataset}", "-m", "fixed", "--set", "other.tx=1"], "no contender is called 'other'"),
+    "no limit": (["{dataset}", "-m", "fixed", "--timeout", "0"], "limits must be > 0"),
+    "no place for a map": (["{dataset}", "--method-command", "true {a}"], "must hold {b} or {b_yaml}"),
+    "no such program": (
+        ["{dataset}", "--method-command", "nowhere/prog {a} {b}"],
+        "there is no program",
+    ),
+    "two places to work": (["{dataset}", "--workers", "2", "--cluster", "tcp://x:1"], "exclude each other"),
     "no setting": (["{dataset}", "-m", "fixed", "--set", "tx"], "METHOD.FIELD=VALUE"),
 }
 
 
 @pytest.mark.parametrize(("words", "message"), BAD.values(), ids=BAD)
 def test_bad_input_is_one_line_and_status_2(tmp_path, dataset, capsys, words, message):
-    words = [str(tmp_path) if word == ".." else word.format(dataset=dataset) for word in words]
+    words = [str(tmp_path) if word == ".." else word.replace("{dataset}", dataset) for word in words]
 
     status = rectbench("run", *words, "-o", tmp_path / "run")
 
@@ -84,11 +92,46 @@ def test_bad_input_is_one_line_and_status_2(tmp_path, dataset, capsys, words, me
     assert not (tmp_path / "run").exists()
 
 
-def test_a_second_run_into_the_same_folder_is_refused(tmp_path, dataset, capsys):
-    words = ("run", dataset, "-m", "fixed", "-o", tmp_path / "run", "-q")
+def test_a_finished_run_run_again_says_so_and_shows_its_summary(tmp_path, dataset, capsys):
+    words = ("run", dataset, "-m", "fixed", "-o", tmp_path / "run", "--json")
+    rectbench(*words)
+    before, summary = (tmp_path / "run/results.jsonl").read_bytes(), capsys.readouterr().out
 
-    assert [rectbench(*words), rectbench(*words), rectbench(*words, "--force")] == [0, 2, 0]
-    assert "--force" in capsys.readouterr().err
+    assert rectbench(*words) == 0
+    assert capsys.readouterr() == (summary, "rectbench: nothing is left to do\n")
+    assert (tmp_path / "run/results.jsonl").read_bytes() == before
+
+
+def test_a_folder_that_holds_another_run_is_refused_unless_forced(tmp_path, dataset, capsys):
+    words = ("run", dataset, "-m", "fixed", "-o", tmp_path / "run", "-q")
+    other = (*words, "--seed", "3")
+
+    assert [rectbench(*words), rectbench(*other), rectbench(*other, "--force")] == [0, 2, 0]
+    assert "another seed); --force clears it" in capsys.readouterr().err
+
+
+def test_a_comparison_ends_with_no_on_a_regression(tmp_path, dataset, capsys):
+    for name, words in (("old", ["--set", "fixed.tx=5", "--set", "fixed.verdict=rejected"]), ("new", [])):
+        rectbench("run", dataset, "-m", "fixed", *words, "-o", tmp_path / name, "-q")
+    capsys.readouterr()
+
+    assert rectbench("compare", tmp_path / "new", tmp_path / "old") == 1
+    assert "**Regression**: fixed, required: wrong, accepted; fixed, unrelated" in capsys.readouterr().out
+    assert rectbench("compare", tmp_path / "old", tmp_path / "new/results.jsonl") == 0
+    assert rectbench("compare", tmp_path / "old", tmp_path / "nowhere") == 2
+
+
+def test_a_program_is_put_to_the_pairs_beside_a_method(tmp_path, dataset):
+    program = tmp_path / "shift.py"
+    program.write_text("print('1 0 5  0 1 0  0.5')")
+    command = f"{sys.executable} {program} {{a}} {{b}}"
+
+    status = rectbench("run", dataset, "--method-command", command, "-m", "fixed", "-o", tmp_path / "run", "-q")
+
+    outcomes = {(row["method"], row["pair_id"]): row["outcome"] for row in read_rows(tmp_path / "run")}
+    assert status == 0
+    assert outcomes[Path(sys.executable).stem, "p"] == "right-accepted"
+    assert len(outcomes) == 4
 
 
 def test_help_loads_nothing_heavy():
@@ -143,8 +186,8 @@ def test_a_folder_that_is_no_data_set_does_not_hide_a_suite_of_its_name(tmp_path
     (tmp_path / "smoke").mkdir()
     write(tmp_path / "headline", [ROW])
 
-    assert cli._contest("smoke", ["fixed"], []).about["title"] == "Smoke"
-    assert cli._contest("headline", ["fixed"], []).about == {}
+    assert contest_of("smoke", ["fixed"]).about["title"] == "Smoke"
+    assert contest_of("headline", ["fixed"]).about == {}
 
 
 def test_a_run_of_one_split_is_named_after_its_data_set(tmp_path, dataset):

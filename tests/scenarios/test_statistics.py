@@ -1,27 +1,10 @@
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from scenarios.statistics import clustered_rate, mean_of_places, summarise, wilson_interval
-
-
-def row(outcome="right-accepted", *, place="h", stratum="required", bent=False, e_px=1.0, wall=0.5, confidence=0.8):
-    failed = outcome in ("error", "timeout", "out-of-memory")
-    right = outcome == "right-accepted"
-    return {
-        "method": "m",
-        "outcome": outcome,
-        "place": place,
-        "stratum": stratum,
-        "bent": bent,
-        "verdict": None if failed else "accepted",
-        "confidence": None if failed else confidence,
-        "grades": None if failed else ["right" if right else "off"],
-        "errors": None if failed else {"e_px": e_px},
-        "seconds": None if failed else {"wall": wall, "cpu": wall},
-    }
+from scenarios import statistics
+from scenarios.statistics import clustered_difference, clustered_rate, mean_of_places, wilson_interval
 
 
 def test_wilson_agrees_with_published_figures():
@@ -75,31 +58,20 @@ def test_places_weigh_the_same_in_their_mean():
     assert mean_of_places([True, True, True, False], ["a", "a", "a", "b"]) == pytest.approx(0.5)
 
 
-def test_failures_stay_in_every_n():
-    rows = [row(), row("error"), row("timeout"), row("out-of-memory"), row("rejected")]
+def test_a_difference_is_paired_and_its_interval_is_by_place():
+    before, now = [0.0] * 40 + [1.0] * 40, [1.0] * 20 + [0.0] * 20 + [1.0] * 40
+    mean, low, high = clustered_difference(now, before, [str(i) for i in range(80)])
+    few = clustered_difference(now, before, [str(i // 20) for i in range(80)])
 
-    required = summarise(rows)["m"]["required"]
-
-    assert required["n"] == 5
-    assert required["right_accepted"]["n"] == 5
-    assert sum(required["outcomes"].values()) == 5
-
-
-def test_a_row_without_an_answer_counts_as_the_worst_error_in_the_median():
-    rows = [row(e_px=1.0), row(e_px=3.0), row("error")]
-
-    assert summarise(rows)["m"]["required"]["median_e_px"] == 3.0
-    assert summarise(rows)["m"]["required"]["median_e_px_right"] == 2.0
-    assert summarise([row(), row("error")])["m"]["required"]["median_e_px"] is None
+    assert mean == 0.25
+    assert 0.15 < low < 0.25 < high < 0.36
+    assert few[0] == 0.25
+    assert few[1] == 0.0
 
 
-def test_bent_rows_are_shown_apart_and_counted_in_their_stratum():
-    summary = summarise([row(), row(bent=True), row(stratum="unrelated", outcome="wrong-accepted")])["m"]
+def test_the_bootstrap_draws_the_same_however_many_at_a_time(monkeypatch):
+    hits, places = [True, False, True] * 7, [str(i % 11) for i in range(21)]
+    whole = clustered_rate(hits, places)
+    monkeypatch.setattr(statistics, "DRAWN_AT_ONCE", 37)
 
-    assert {name: part["n"] for name, part in summary.items()} == {"required": 2, "bent": 1, "unrelated": 1}
-
-
-def test_brier_score_of_known_answers():
-    rows = [row(confidence=0.8), row("wrong-accepted", confidence=0.4)]
-
-    assert summarise(rows)["m"]["required"]["brier"] == pytest.approx(np.mean([0.2**2, 0.4**2]))
+    assert clustered_rate(hits, places) == whole

@@ -1,0 +1,74 @@
+"""Who is put to what: a suite's or a data set's pairs, and the contenders that somebody named for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from rectmerge.methods import DEFAULT_METHOD
+from scenarios import bench
+from scenarios.commandmethod import Program, labelled
+from scenarios.dataset import dataset_name, is_dataset, open_dataset
+from scenarios.pairs import PairSource
+from scenarios.rows import Contender, contenders_of
+from scenarios.scenario import load_suite, suite_names
+
+
+@dataclass(frozen=True, slots=True)
+class Contest:
+    """What is run, on what, and what the run's record says of it."""
+
+    name: str
+    sources: Sequence[PairSource]
+    contenders: Sequence[Contender]
+    about: dict[str, Any]
+    dataset: dict[str, Any] | None = None  # of a suite, whose pairs are kept beside the rows: what its card says
+
+    @property
+    def tasks(self) -> int:
+        """How many rows it makes."""
+        return sum(len(source.pair_ids) for source in self.sources) * len(self.contenders)
+
+    def run(self, out: str | Path, **options: Any) -> dict[str, Any]:
+        """Run it into a folder, with the options of `bench.run`."""
+        return bench.run(
+            self.sources, self.contenders, out, suite=self.name, about=self.about, dataset=self.dataset, **options
+        )
+
+
+def contest_of(
+    target: str, methods: Sequence[str], settings: Sequence[str] = (), commands: Sequence[str] = ()
+) -> Contest:
+    """Find out what is run, on what.
+
+    Parameters
+    ----------
+    target
+        A suite's name or file, or a data set's folder.
+    methods
+        Methods, or labels of the suite; where neither these nor commands are given, the suite's own contenders.
+    settings
+        Fields of methods, as in `contenders_of`.
+    commands
+        Command lines of programs, as in `Program`.
+
+    Raises
+    ------
+    InputError
+        If there is no such target or contender, or a contender cannot be made.
+    """
+    programs = labelled([Program(command=command) for command in commands], methods)
+    others = [Contender(label=label, method=program) for label, program in programs.items()]
+    default = [] if others else [DEFAULT_METHOD]
+    # `make demo` leaves a folder `demo`, which must not hide the suite of that name
+    if is_dataset(target) or (Path(target).is_dir() and target not in suite_names()):
+        pairs = open_dataset(target)
+        return Contest(dataset_name(target), pairs, contenders_of(methods or default, [], settings) + others, {})
+    suite = load_suite(target)
+    own = [] if others else [entry.label for entry in suite.methods]
+    contenders = contenders_of(methods or own or default, suite.methods, settings) + others
+    about = {"title": suite.title, "scenarios": [asdict(scenario) for scenario in suite.scenarios]}
+    card = {"title": suite.title, "description": suite.description}
+    return Contest(suite.name, suite.sources(), contenders, about, card)

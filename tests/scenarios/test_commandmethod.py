@@ -1,0 +1,130 @@
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from rectmerge.errors import InputError
+from rectmerge.mapfile import read_map
+from scenarios.commandmethod import Program, labelled
+from scenarios.limits import Limits
+from scenarios.rows import Contender, answer_within, row_of
+from tests.scenarios.made import pair
+
+RIGHT = "1 0 4  0 1 2"
+
+
+@pytest.fixture
+def program(tmp_path):
+    def write(body, files="{a} {b}"):
+        path = tmp_path / "program.py"
+        path.write_text(body)
+        return Program(command=f"{sys.executable} {path} {files}")
+
+    return write
+
+
+def row(method, limits=None, **changes):
+    the_pair, one = pair(**changes), Contender(label="mine", method=method)
+    return row_of(the_pair, one, answer_within(the_pair, one, limits=limits or Limits(timeout_s=30)))
+
+
+def test_a_printed_matrix_is_an_accepted_answer(program):
+    scored = row(program(f"print('working ...')\nprint('{RIGHT} 0.9')\nprint()"))
+
+    assert (scored["outcome"], scored["verdict"], scored["confidence"]) == ("right-accepted", "accepted", 0.9)
+    assert scored["candidates"] == [[[1, 0, 4], [0, 1, 2]]]
+    assert scored["errors"]["e_px"] == 0
+    assert scored["peak_mb"] > 1
+    assert scored["seconds"]["cpu"] > 0.005  # of the program, too
+
+
+def test_without_a_seventh_number_no_confidence_is_claimed(program):
+    assert math.isnan(program(f"print('{RIGHT}')").align(*maps(), scale=(1, 1), rng=None).confidence)
+
+
+def maps():
+    return pair().a, pair().b
+
+
+def test_status_1_is_a_rejection(program):
+    scored = row(program("raise SystemExit(1)"))
+
+    assert (scored["outcome"], scored["reason"]) == ("rejected", "the program rejects")
+
+
+WRONG = {
+    "prints nothing": ("", "error", "got ''"),
+    "five numbers": ("print('1 0 4 0 1')", "error", "got '1 0 4 0 1'"),
+    "eight numbers": (f"print('{RIGHT} 1 1')", "error", "six finite numbers"),
+    "words": ("print('no idea at all, and six words')", "error", "got 'no idea"),
+    "the answer not last": (f"print('{RIGHT}')\nprint('done')", "error", "got 'done'"),
+    "not a number": ("print('1 0 nan 0 1 2')", "error", "finite"),
+    "flat": ("print('1 0 4 1 0 2')", "error", "flattens"),
+    "confidence": (f"print('{RIGHT} 7')", "error", "0..1, got 7"),
+    "status": (f"print('{RIGHT}')\nraise SystemExit(3)", "error", "died with status 3"),
+    "signal": (f"print('{RIGHT}', flush=True)\nimport os; os.kill(os.getpid(), 11)", "error", "signal SIGSEGV"),
+    "too long": ("import time; time.sleep(60)", "timeout", "no answer within 0.5 s"),
+    "mirrored": ("print('-1 0 40 0 1 2')", "wrong-accepted", ""),
+    "sheared": ("print('1 0.5 4 0 1 2')", "wrong-accepted", ""),
+}
+
+
+@pytest.mark.parametrize(("body", "outcome", "reason"), WRONG.values(), ids=WRONG)
+def test_a_wrong_program_is_a_row(program, body, outcome, reason):
+    limits = Limits(timeout_s=0.5 if outcome == "timeout" else 30)
+
+    scored = row(program(body), limits)
+
+    assert scored["outcome"] == outcome
+    assert reason in scored["reason"]
+
+
+def test_a_mirrored_answer_is_scored_as_printed(program):
+    scored = row(program("print('-1 0 64 0 1 2')"))
+
+    assert scored["errors"]["reflected"] is True
+    assert scored["grades"] == ["off"]
+
+
+def test_the_program_gets_images_and_map_server_files(program, tmp_path):
+    copy = (
+        "import shutil, sys, os\n"
+        f"for file in sys.argv[1:]: shutil.copy(file, {str(tmp_path)!r})\n"
+        f"folder = os.path.dirname(sys.argv[1]); shutil.copy(folder + '/b.png', {str(tmp_path)!r})\n"
+        f"print('{RIGHT}')"
+    )
+    one = pair()
+    row(program(copy, "{a} {b_yaml}"))
+
+    assert np.array_equal(read_map(tmp_path / "a.png").occupancy, one.a.occupancy)
+    assert np.array_equal(read_map(tmp_path / "b.yaml").occupancy, one.b.occupancy)
+    assert read_map(tmp_path / "b.yaml").resolution is None  # hidden, never a false 1.0
+
+
+def test_spaces_and_quotes_in_a_command_are_read_as_by_a_shell(tmp_path):
+    script = tmp_path / "my program.py"
+    script.write_text(f"import sys\nprint('{RIGHT}' if sys.argv[1] == 'a b' else 'no')")
+    method = Program(command=f"{sys.executable} '{script}' 'a b' {{a}} {{b}}")
+
+    assert row(method)["outcome"] == "right-accepted"
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        ("true {a}", "must hold {b} or {b_yaml}"),
+        ("true", "must hold {a} or {a_yaml}"),
+        ("no-such-program {a} {b}", "no program 'no-such-program'"),
+        ("true '{a} {b}", "No closing quotation"),
+    ],
+)
+def test_a_command_that_cannot_work_is_refused(command, message):
+    with pytest.raises(InputError, match=message):
+        Program(command=command)
+
+
+def test_labels_are_programs_names_and_differ():
+    programs = [Program(command=f"/bin/{name} {{a}} {{b}}") for name in ("cat", "cat", "true")]
+
+    assert list(labelled(programs, ["true"])) == ["cat", "cat-2", "true-2"]

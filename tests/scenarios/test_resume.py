@@ -1,0 +1,152 @@
+"""A real `rectbench run` that is killed, interrupted or disturbed, and what the same command makes of it."""
+
+import json
+import os
+import random
+import re
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from scenarios.bench import read_rows
+from tests.scenarios.processes import descendants, is_running, start, tiny_pairs
+
+SLEEPER = "import sys, time; time.sleep(60)"
+
+
+def timeless(folder):
+    rows = [{**row, "seconds": None, "peak_mb": None} for row in read_rows(folder)]
+    return sorted(rows, key=lambda row: row["task_id"])
+
+
+def wait_for(condition, within_s=30.0):
+    ends = time.monotonic() + within_s
+    while not (found := condition()):
+        assert time.monotonic() < ends
+        time.sleep(0.01)
+    return found
+
+
+def ended(pids, within_s=2.0):
+    wait_for(lambda: not any(map(is_running, pids)), within_s)
+    return True
+
+
+@pytest.fixture(scope="module")
+def pairs(tmp_path_factory):
+    return tiny_pairs(tmp_path_factory.mktemp("set") / "set", 600)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
+def test_killed_at_random_moments_a_run_ends_with_the_rows_of_an_undisturbed_one(tmp_path, pairs, workers):
+    def words(out):
+        return "run", pairs, "-m", "paper", "-o", out, "--workers", workers, "-q"
+
+    assert start(*words(tmp_path / "whole")).wait() == 0
+    draw, kills, file = random.Random(workers), 0, tmp_path / "cut/results.jsonl"
+    while kills < 8:
+        process = start(*words(tmp_path / "cut"))
+        time.sleep(draw.uniform(0.3, 1.8))
+        below = descendants(process.pid)
+        process.kill()
+        if process.wait() == 0:
+            break
+        kills += 1
+        assert ended(below)  # nothing is left that could still write
+    again = start(*words(tmp_path / "cut"))
+
+    assert kills >= 2
+    assert again.wait() == 0
+    assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
+    assert file.read_bytes().count(b"\n") == 600
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
+def test_ctrl_c_ends_everything_within_two_seconds_and_says_how_to_go_on(tmp_path, pairs, workers):
+    command = f"{sys.executable} -c '{SLEEPER}' {{a}} {{b}}"
+    words = ("run", pairs, "--method-command", command, "-o", tmp_path / "run", "--workers", workers)
+    with (tmp_path / "said").open("wb") as said:
+        process = start(*words, stderr=said)
+    wait_for(lambda: len(below := descendants(process.pid)) >= 2 * workers and any(map(is_sleeper, below)))
+    below = descendants(process.pid)
+
+    started = time.monotonic()
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    status = process.wait(10)
+
+    assert time.monotonic() - started < 2
+    assert status == 130
+    assert ended(below)
+    assert (tmp_path / "said").read_text().splitlines() == [
+        f"rectbench: {tmp_path / 'run'} keeps what is done; the same command goes on from there",
+        "rectbench: interrupted",
+    ]
+
+
+def is_sleeper(pid):
+    try:
+        return SLEEPER.encode() in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+    except OSError:
+        return False
+
+
+@pytest.mark.slow
+def test_a_second_run_into_a_folder_is_refused_while_the_first_lives(tmp_path, pairs):
+    words = ("run", pairs, "-m", "paper", "-o", tmp_path / "run")
+    first = start(*words)
+    wait_for((tmp_path / "run/run.toml").exists)
+    os.kill(first.pid, signal.SIGSTOP)
+    try:
+        with (tmp_path / "said").open("wb") as said:
+            assert start(*words, stderr=said).wait() == 2
+        assert "another run is writing into it" in (tmp_path / "said").read_text()
+    finally:
+        first.kill()
+    first.wait()
+
+    assert start(*words).wait() == 0
+    assert len(read_rows(tmp_path / "run")) == 600
+
+
+@pytest.mark.slow
+def test_progress_is_shown_on_a_terminal_only(tmp_path, pairs):
+    ours, theirs = os.openpty()
+    words = ("run", pairs, "-m", "paper", "-o", tmp_path / "run", "--json")
+    with (tmp_path / "summary").open("wb") as summary:
+        process = start(*words, stdout=summary, stderr=theirs)
+    os.close(theirs)
+    shown = b""
+    while True:
+        try:
+            shown += os.read(ours, 4096)
+        except OSError:  # how a terminal ends whose last writer is gone
+            break
+
+    os.close(ours)
+    assert process.wait() == 0
+    assert json.loads((tmp_path / "summary").read_text())["rows"] == 600
+    assert b"600/600" in shown
+    assert re.search(rb"\d/min", shown)
+    assert b"left" in shown
+
+
+@pytest.mark.slow
+def test_the_parents_memory_does_not_grow_with_ten_thousand_pairs_that_take_less_than_a_minute(tmp_path):
+    def measured(count):
+        pairs, started = tiny_pairs(tmp_path / f"set{count}", count), time.monotonic()
+        process = start("run", pairs, "-m", "paper", "-o", tmp_path / f"run{count}", "--workers", 2)
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        assert process.returncode == 0
+        return used.ru_maxrss / 1024, time.monotonic() - started
+
+    few_mb, _ = measured(500)
+    many_mb, seconds = measured(10_000)
+
+    assert many_mb < few_mb + 20
+    assert seconds < 60
