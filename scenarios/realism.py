@@ -91,7 +91,7 @@ def write_realism(
     on_done
         Told of each finding on a simulated pair.
     """
-    folder = cleared_folder(out, (PAGE, SHEET), force=force)
+    folder, machine = cleared_folder(out, (PAGE, SHEET), force=force), describe_machine()
     real = {name: real_findings(Path(maps) / name) for name in ("real_maps", "real_lasers")}
     simulated = []
     for source, future in completed(executor, examine, draw_sources(pairs)):
@@ -101,7 +101,7 @@ def write_realism(
             simulated.append(Finding(kind=source.scenario.world.family, failure=str(death), is_crash=True))
         on_done(simulated[-1])
     replace_file(folder / SHEET, paletted_png(contact_sheet()))
-    replace_file(folder / PAGE, page(simulated, real, describe_machine()).encode())
+    replace_file(folder / PAGE, page(simulated, real, machine).encode())
 
 
 def examine(source: MissionSource) -> Finding:
