@@ -68,12 +68,15 @@ def disguise(pair: MapPair, turn_deg: float, factor: float) -> MapPair:
     """
     b, new = resample(pair.b, turn_deg, factor)
     pixels, points = pair.pixels, pair.control_points
+    info = {key: value for key, value in pair.info.items() if key != "origin_b"}  # it lies elsewhere now
+    if info.get("resolution_b") is not None:
+        info["resolution_b"] /= factor
     return dataclasses.replace(
         pair,
         b=b,
         pixels=pixels and pixels @ new.inverse(),
         control_points=None if points is None else np.hstack([points[:, :2], new.apply(points[:, 2:])]),
-        info={**pair.info, "disguise": {"turn_deg": turn_deg, "factor": factor}},
+        info={**info, "disguise": {"turn_deg": turn_deg, "factor": factor}},
     )
 
 

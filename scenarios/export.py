@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.mapfile import write_map
 from scenarios.outputs import cleared_folder, write_json
@@ -13,6 +15,7 @@ from scenarios.placement import MapSpec
 from sim.missionlog import MissionLog
 from sim.trajectory import write_tum
 
+TWO_BUILDINGS = ("other-building", "other-floor", "blank-halls", "mirrored")  # kinds of unrelated pairs
 MISSION_FILES = (
     *("robot_[ab].png", "robot_[ab].yaml", "robot_[ab].*.tum", "world.png", "world.yaml", "mission.npz", "truth.json"),
 )
@@ -54,10 +57,12 @@ def write_mission(
     Raises
     ------
     RectMergeError
-        If the folder holds an earlier mission and `force` is off, or a file cannot be written.
+        If the pair's maps are of two buildings, the folder holds an earlier mission and `force` is off, or a file
+        cannot be written.
     """
-    to = cleared_folder(folder, MISSION_FILES, force=force)
     pair = pair or make_pair(log, MapSpec(), MapSpec(), log.seed)
+    log = _as_mapped(log, pair)
+    to = cleared_folder(folder, MISSION_FILES, force=force)
     written = []
     for name, robot, grid, poses in zip("ab", (log.a, log.b), (pair.a, pair.b), pair.poses or (), strict=True):
         resolution, origin = pair.info[f"resolution_{name}"], tuple(pair.info[f"origin_{name}"])
@@ -71,6 +76,19 @@ def write_mission(
     log.save(to / "mission.npz")
     write_json(to / "truth.json", truth_of(pair, log))
     return [*written, to / "mission.npz", to / "truth.json"]
+
+
+def _as_mapped(log: MissionLog, pair: MapPair) -> MissionLog:
+    """Return the log cut to the scans that the pair was made from: a pair may be cut for an overlap of its own."""
+    variant = str(pair.info.get("variant", ""))
+    if pair.poses is None or variant.startswith(TWO_BUILDINGS):
+        raise InputError(f"{pair.pair_id}: its maps are not of one building that the log holds, so they have no place")
+    whole = log.whole or log
+    a, b = (
+        robot.until(float(robot.times[len(poses) - 1]))
+        for robot, poses in zip((whole.a, whole.b), pair.poses, strict=True)
+    )
+    return replace(log, a=a, b=b)
 
 
 def truth_of(pair: MapPair, log: MissionLog) -> dict[str, Any]:

@@ -84,11 +84,18 @@ class MissionSource:
         if variant is not None and variant.overlap is not None:
             wanted = variant.overlap
         if self.scenario.kind in UNRELATED or wanted is None:
-            return self._made(log, variant, noise)
+            return self._as_it_should_be(self._made(log, variant, noise))
         if wanted != self.scenario.mission.overlap:
             log = cut_to_overlap(log.whole or log, wanted)
         pair = self._made(log, variant, noise)
-        return pair if log.whole is None else self._recut(log.whole, wanted, pair, variant, noise)
+        return (
+            self._as_it_should_be(pair) if log.whole is None else self._recut(log.whole, wanted, pair, variant, noise)
+        )
+
+    def _as_it_should_be(self, pair: MapPair) -> MapPair:
+        if self.scenario.kind not in UNRELATED and not pair.related:
+            raise SimulationError("the maps show too few surfaces in common for a truth, wanted was a related pair")
+        return pair
 
     def _recut(self, whole: MissionLog, wanted: float, pair: MapPair, variant: Variant | None, noise: int) -> MapPair:
         aim = wanted

@@ -192,7 +192,7 @@ def _info(
         "pose_source": "/".join(dict.fromkeys(spec.poses for spec in specs.values())),
     }
     for name, robot in (("a", log.a), ("b", log.b)):
-        info[f"resolution_{name}"] = specs[name].resolution
+        info[f"resolution_{name}"] = maps[name].resolution
         info[f"origin_{name}"] = list(maps[name].origin)
         info[f"turn_{name}_deg"] = maps[name].turn_deg
         info[f"turn_{name}"] = specs[name].turn

@@ -141,8 +141,23 @@ class PlacedMap:
         """Where the grid's lower-left corner lies in the world and how its rows run: a ROS map's origin there."""
         height = self.grid.shape[0]
         corners = self._turned.inverse().apply([[-0.5, height - 0.5], [0.5, height - 0.5]])
-        corner, right = self._frame.apply(self._upright.pixel_to_map(corners))
+        corner, right = self._frame.apply(self._undamaged.apply(self._upright.pixel_to_map(corners)))
         return float(corner[0]), float(corner[1]), math.atan2(right[1] - corner[1], right[0] - corner[0])
+
+    @property
+    def resolution(self) -> float:
+        """Metres per cell of the grid, whether methods may know it or not."""
+        return float(self._upright.cell_size)
+
+    @property
+    def _undamaged(self) -> Similarity:
+        """The similarity that takes the map frame of the damaged map best to that of the map as it was built."""
+        if not self._damaged.motions:
+            return Similarity()
+        height, width = self._built.shape
+        pixels = np.stack(np.meshgrid(np.linspace(0, width, 9), np.linspace(0, height, 9)), axis=-1).reshape(-1, 2)
+        went = self._damaged.grid.pixel_to_map(self._damaged.moved(pixels))
+        return Similarity.fit(went, self._built.pixel_to_map(pixels))
 
     @property
     def ate_m(self) -> float:

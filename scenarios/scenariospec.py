@@ -13,6 +13,7 @@ from sim.mission import MissionSpec
 
 Split = Literal["train", "test"]
 Kind = Literal["related", "other-building", "no-shared-room", "other-floor", "mirrored", "blank-halls"]
+MOST_SEEDS = 1_000_000
 UNRELATED: tuple[str, ...] = get_args(Kind)[1:]
 OF_TWO_BUILDINGS = ("other-building", "blank-halls")
 OTHER_SIZE = 1.1  # an edge of one blank hall is at least this times as long as the other's
@@ -26,8 +27,9 @@ class Seeds:
     count: int = 1
 
     def __post_init__(self) -> None:
-        if self.first < 0 or self.count < 1:
-            raise InputError(f"seeds need first >= 0 and count >= 1, got {self.first} and {self.count}")
+        if self.first < 0 or not 1 <= self.count <= MOST_SEEDS:
+            limits = f"first >= 0 and count from 1 to {MOST_SEEDS}"
+            raise InputError(f"seeds need {limits}, got {self.first} and {self.count}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

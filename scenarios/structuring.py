@@ -36,7 +36,7 @@ def structured(data: Any, kind: type[T], at: str = "") -> T:
     """
     try:
         return _converter().structure(data, kind)
-    except (cattrs.BaseValidationError, InputError) as error:
+    except (cattrs.BaseValidationError, InputError, TypeError, AttributeError) as error:
         lines = _complaints(error, f"{at}: " if at else "")
         raise ScenarioError("\n".join(dict.fromkeys(lines))) from error
 

@@ -156,7 +156,7 @@ class _Mission:
 
     def _drive(self, bullet: Physics, robots: list[Robot]) -> None:
         hz, clock = self.spec.physics_hz, self.clock
-        scan_every = [max(1, round(hz / robot.scan_hz)) for robot in self.specs]
+        scan_every = [math.ceil(hz / robot.scan_hz - 1e-9) for robot in self.specs]
         for k in range(round(self.spec.max_seconds * hz)):
             now = k / hz
             if all(robot.pilot.is_done for robot in robots):

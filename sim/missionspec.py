@@ -22,7 +22,8 @@ class RobotSpec:
     speed_m_s
         Top speed.
     scan_hz
-        Scans that are kept per simulated second, no more than the scanner makes.
+        Scans that are kept per simulated second, no more than the scanner makes; where `physics_hz` is no multiple of
+        it, a little fewer.
     path
         "tour": from room to room, by a robot that knows the building; "frontier": to where what it has seen ends
         (Yamauchi 1997), in buildings with and without rooms.

@@ -105,6 +105,7 @@ def rooms_of(world: World, outlines: Iterable[tuple[str, NDArray[np.float64]]]) 
 def _floor_and_walls(grid: OccupancyGrid, narrowest_cells: int) -> tuple[Mask, Mask]:
     """Return floor and walls, cut to the walls; the floor touches nothing but walls."""
     free, occupied = np.pad(grid.free, 1), np.pad(grid.occupied, 1)
+    narrowest_cells = min(narrowest_cells, 1 + max(free.shape))  # nothing on the map is wider
     brush = np.ones((narrowest_cells, narrowest_cells), np.uint8)
     floor = free & (cv2.morphologyEx((free | occupied).view(np.uint8), cv2.MORPH_OPEN, brush) > 0)
     around = cv2.dilate(floor.view(np.uint8), np.ones((3, 3), np.uint8)) > 0

@@ -122,3 +122,34 @@ def test_an_earlier_mission_is_refused_or_cleared(tmp_path):
     write_mission(tmp_path, LOG, force=True)
 
     assert not (tmp_path / "robot_b.odometry.tum").exists()
+
+
+@pytest.mark.parametrize(
+    "damage", [("turn", 40.0), ("resample", 0.5), ("resample", 1.7), ("bend", 0.2), ("stretch", 0.3)]
+)
+def test_damaged_maps_are_written_with_the_cells_and_the_place_that_they_have(tmp_path, damage):
+    spec = MapSpec(corruption=(damage,), turn_deg=25.0, turn="image")
+    pair = make_pair(LOG, spec, spec, 2)
+    write_mission(tmp_path, LOG, pair)
+
+    cells = 0.05 / damage[1] if damage[0] == "resample" else 0.05
+    for name in "ab":
+        assert pair.info[f"resolution_{name}"] == pytest.approx(cells)
+        assert wall_distance(LOG.world, wall_points(tmp_path / f"robot_{name}.yaml")).mean() < 1.5 * cells
+
+
+def test_a_pair_that_was_cut_shorter_than_its_log_is_written_with_what_it_was_made_from(tmp_path):
+    short = replace(LOG, a=LOG.a.until(float(LOG.a.times[8])), whole=LOG)
+    write_mission(tmp_path, LOG, make_pair(short, MapSpec(), MapSpec(), 1))
+
+    assert len(read_tum(tmp_path / "robot_a.truth.tum")[0]) == 9
+    assert len(MissionLog.load(tmp_path / "mission.npz").a.times) == 9
+
+
+def test_maps_of_two_buildings_are_refused_before_anything_is_written(tmp_path):
+    pair = make_pair(LOG, MapSpec(), MapSpec(), 1)
+    for strange in (replace(pair, poses=None), replace(pair, info={**pair.info, "variant": "mirrored"})):
+        with pytest.raises(InputError, match="not of one building"):
+            write_mission(tmp_path / "out", LOG, strange)
+
+    assert not (tmp_path / "out").exists()

@@ -196,3 +196,12 @@ def test_a_world_that_cannot_be_explored_is_refused_in_a_clear_line(world, robot
 def test_a_spec_names_the_value_it_refuses(kind, values):
     with pytest.raises(InputError, match=next(iter(values))):
         kind(**values)
+
+
+@pytest.mark.sim
+@pytest.mark.parametrize(("asked", "kept"), [(10.0, 10.0), (7.0, 60 / 9), (8.0, 7.5)])
+def test_scans_are_never_made_more_often_than_asked_for(asked, kept):
+    robot = RobotSpec(scan_hz=asked, lidar=Lidar(beams=30))
+    log = run_mission(small_office(2), MissionSpec(a=robot, b=robot, max_seconds=6.0, rays="compiled"), 1)
+
+    assert 1 / np.diff(log.a.times).mean() == pytest.approx(kept, rel=0.01)
