@@ -10,6 +10,7 @@ import typer
 
 from rectmerge import console
 from rectmerge.console import Debug, Quiet
+from rectmerge.errors import InputError
 from scenarios.terminal import progress
 
 
@@ -18,7 +19,10 @@ def generate(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DATASET", help="Folder for the data set.")],
     pairs: Annotated[int | None, typer.Option(min=1, help="The first so many pairs; further seeds beyond all.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Another seed makes other buildings.")] = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Worker processes; 1 works in this process.")] = 1,
+    workers: Annotated[int | None, typer.Option(min=1, help="Worker processes; 1 works in this process.")] = None,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Work on this dask cluster, as in tcp://host:8786.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Clear another data set in the folder first.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print dataset_info.json without its checksums.")] = False,
     quiet: Quiet = False,
@@ -29,17 +33,19 @@ def generate(
     Interrupted and called again with the same words it goes on where it was; the files are the same as if it had not
     been interrupted, whatever the number of workers. A pair that cannot be made is named in dataset_info.json.
     """
-    from scenarios.executors import local_workers
+    from scenarios.executors import workplace
     from scenarios.generate import generate as generate_suite
     from scenarios.generate import plan, told
     from scenarios.scenario import load_suite
 
+    if workers and cluster:
+        raise InputError("--workers and --cluster exclude each other")
     suite = load_suite(name)
     total = pairs or sum(job.count for job in plan(suite, seed=seed))
     making = functools.partial(generate_suite, suite, output, pairs=pairs, seed=seed, force=force)
     try:
-        with local_workers(workers) as executor, progress(total, quiet) as advance:
-            info = making(executor=executor, on_done=lambda count: advance(count, "pairs"))
+        with workplace(workers or 1, cluster) as (executor, in_flight), progress(total, quiet) as advance:
+            info = making(executor=executor, in_flight=in_flight, on_done=lambda count: advance(count, "pairs"))
     except KeyboardInterrupt:
         console.say(f"{output}: what was made is kept; the same command (without --force) goes on")
         raise

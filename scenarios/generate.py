@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import count
@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from rectmerge.errors import InputError
 from rectmerge.resultfolder import to_json
 from scenarios.datasetwriter import DataSetWriter, finished_info
-from scenarios.executors import WorkerDiedError, completed, describe_machine
+from scenarios.executors import IN_FLIGHT, WorkerDiedError, completed, describe_machine
 from scenarios.packing import Package, pack_source
 from scenarios.pairs import PairSource
 from scenarios.scenario import Seeds
@@ -57,6 +57,7 @@ def generate(
     pairs: int | None = None,
     seed: int = 0,
     executor: Executor | None = None,
+    in_flight: int = IN_FLIGHT,
     force: bool = False,
     on_done: Callable[[int], None] = lambda pairs: None,
 ) -> dict[str, Any]:
@@ -74,6 +75,8 @@ def generate(
         Of the data set: adds a million times as much to every seed of the suite, so two data sets share no building.
     executor
         Where the pairs are made; None is this process.
+    in_flight
+        How many missions are handed to the executor at a time.
     force
         Clear another data set in the folder first.
     on_done
@@ -101,7 +104,7 @@ def generate(
     with DataSetWriter(out, identity, force=force) as writer:
         on_done(sum(writer.done.values()))
         jobs = plan(suite, pairs=pairs, seed=seed)
-        for package in _packages(executor, [job for job in jobs if job.source.source_id not in writer.done]):
+        for package in _packages(executor, in_flight, (job for job in jobs if job.source.source_id not in writer.done)):
             writer.write(package)
             on_done(len(package.rows) + len(package.failed))
         return writer.finish({"title": suite.title, "description": suite.description})
@@ -187,8 +190,8 @@ def identity_of(suite: PairSuite, *, pairs: int | None, seed: int) -> dict[str, 
     }
 
 
-def _packages(executor: Executor | None, jobs: Sequence[Job]) -> Iterator[Package]:
-    for job, future in completed(executor, _do, jobs):
+def _packages(executor: Executor | None, in_flight: int, jobs: Iterable[Job]) -> Iterator[Package]:
+    for job, future in completed(executor, _do, jobs, in_flight=in_flight):
         try:
             yield future.result()
         except WorkerDiedError as death:

@@ -156,6 +156,8 @@ def load_suite(name_or_path: str | Path) -> Suite:
         raise ScenarioError(f"{path.name}: cannot be read: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ScenarioError(f"{path.name}: not TOML: {error}") from error
+    except RecursionError:
+        raise ScenarioError(f"{path.name}: its lists or tables are nested too deep") from None
     try:
         return _suite(data, path.stem)
     except ScenarioError as error:

@@ -14,7 +14,7 @@ from scenarios.bench import read_rows
 from scenarios.cli import app
 from scenarios.dataset import open_dataset
 from scenarios.datasetwriter import DataSetWriter
-from scenarios.executors import local_workers
+from scenarios.executors import local_workers, workplace
 from scenarios.generate import SEED_STRIDE, generate, plan
 from scenarios.scenario import Seeds, load_suite
 from scenarios.verify import verify
@@ -310,3 +310,17 @@ def test_the_building_is_kept_once_per_mission_with_the_truth_of_its_maps(tmp_pa
     assert len(list((tmp_path / "set/test/worlds").iterdir())) == 2
     assert world.resolution == 0.05
     assert world.free.sum() * 0.05**2 > 50.0  # square metres
+
+
+@pytest.mark.slow
+def test_a_dask_cluster_makes_the_same_bytes(tmp_path, made):
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+        ) as opened,
+        workplace(1, opened.scheduler_address) as (executor, in_flight),
+    ):
+        generate(SUITE, tmp_path / "again", executor=executor, in_flight=in_flight)
+
+    assert contents(tmp_path / "again") == contents(made)

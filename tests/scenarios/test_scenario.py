@@ -96,7 +96,11 @@ def test_scenarios_seeds_and_purposes_draw_from_seeds_of_their_own(tmp_path):
     ("old", "new", "complaint"),
     [
         ("seeds = { first = 3, count = 2 }", 'seeds = "a"', "some.toml: scenarios[0].seeds"),
-        ("seeds = { first = 3, count = 2 }", "seeds = { count = 100000000 }", "some.toml: scenarios[0].seeds: seeds need first"),
+        (
+            "seeds = { first = 3, count = 2 }",
+            "seeds = { count = 100000000 }",
+            "some.toml: scenarios[0].seeds: seeds need first",
+        ),
         ("rooms = 6", "romms = 6", "some.toml: scenarios[0].world: unknown key 'romms'"),
         ('name = "two"', 'name = "two"\nseed = 1', "some.toml: scenarios[1]: unknown key 'seed'"),
         ("beams = 180", "beam = 180", "some.toml: scenarios[0].mission.a.lidar: unknown key 'beam'"),
