@@ -50,13 +50,13 @@ def write_picture(what: str, output: Path | None, *, seed: int | None = None, re
     SimulationError
         As `find_world`; also if PyBullet is missing.
     """
+    world = find_world(what, seed=seed, resolution=resolution)
     if output is None:
         raise InputError(f"name the picture of {what} with -o PICTURE.png")
     if output.suffix.lower() != ".png":
         raise InputError(f"{output}: the picture is a PNG; give it a name that ends in .png")
     if output.resolve() in {file.resolve() for file in _files(what)}:
         raise InputError(f"{output}: is the file itself; name another picture with -o")
-    world = find_world(what, seed=seed, resolution=resolution)
     replace_file(output, encode_image(draw_world(world), ".png"))
     return f"{describe_world(world)}\n  picture      {output}"
 
