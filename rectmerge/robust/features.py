@@ -17,6 +17,7 @@ from rectmerge._kernels.shrinking import count_walls, known_bounds, specks_of_fe
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN
 from rectmerge.rectangles import maximal_rectangles
 from rectmerge.robust.cells import MapCells
+from rectmerge.robust.distances import BINS, ON_BORDER, distance_codes, distance_to
 
 DIAGONAL_CELLS = 400.0  # of the working grid
 LARGEST_DIAGONAL_CELLS = 1000.0  # of the working grid of a map with narrow passages
@@ -29,9 +30,6 @@ FINE_STEPS_RAD = (math.radians(0.25), math.radians(0.06))
 MOST_POINTS_PROJECTED = 1500  # evenly spaced ones stand for more
 SMALLEST_SIDE_CELLS = 4
 ALIKE_IOU = 0.7
-DISTANCE_EDGES_CELLS = np.array([*np.arange(0, 8, 0.5), 8, 10, 12, 16, 24, np.inf])  # bins of the distance to a wall
-BIN_OF_HALF_CELL = (np.searchsorted(DISTANCE_EDGES_CELLS, np.arange(0, 24.5, 0.5), side="right") - 1).astype(np.uint8)
-IN_UNKNOWN, ON_BORDER = 32, 64
 
 Cells = NDArray[np.int32]
 
@@ -51,8 +49,7 @@ class Features:
     distance
         Shape (h, w), float32: from each working cell to the next wall cell, in working cells.
     distance_bins
-        Shape (h, w), uint8: the same as an index into the bins between `DISTANCE_EDGES_CELLS`, `IN_UNKNOWN` more where
-        the map is unknown, and `ON_BORDER` along the border, which stands for everything beyond.
+        Shape (h, w), uint8: the same as codes of `rectmerge.robust.distances`.
     """
 
     factor: float
@@ -65,8 +62,8 @@ class Features:
 
     @functools.cached_property
     def distance_counts(self) -> NDArray[np.intp]:
-        """Known cells in each bin of the distance to a wall, shape (len(DISTANCE_EDGES_CELLS) - 1,)."""
-        return np.bincount(self.distance_bins.ravel(), minlength=ON_BORDER)[: len(DISTANCE_EDGES_CELLS) - 1]
+        """Known cells in each bin of the distance to a wall, shape (BINS,)."""
+        return np.bincount(self.distance_bins.ravel(), minlength=ON_BORDER)[:BINS]
 
     @functools.cached_property
     def landmarks(self) -> NDArray[np.float64]:
@@ -134,20 +131,17 @@ def _shrunk(cells: MapCells, bounds: tuple[int, int, int, int], factor: float) -
         return None, 0.0
     offset = MARGIN_CELLS - 0.5 + (0.5 - np.array([bounds[2], bounds[0]], np.float64)) / factor
     surface = np.stack([sum_u[wall], sum_v[wall]], axis=1) / n_surface[wall][:, None]  # (N, 2) in the map's pixels
-    distance = cv2.distanceTransform((~wall).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+    distance = distance_to(np.nonzero(wall), wall.shape)
     clearance = cv2.distanceTransform(free.view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_3)
     known = free | occupied
-    bins = BIN_OF_HALF_CELL[np.minimum(2 * distance, len(BIN_OF_HALF_CELL) - 1).astype(np.uint8)]
-    bins[~known] += IN_UNKNOWN
-    bins[[0, -1], :] = bins[:, [0, -1]] = ON_BORDER
     features = Features(
         factor=factor,
         offset=offset,
         free=free,
         known=known,
         walls=surface / factor + offset,
-        distance=np.asarray(distance, np.float32),
-        distance_bins=bins,
+        distance=distance,
+        distance_bins=distance_codes(distance, known),
     )
     return features, float(clearance[free].mean()) if free.any() else 0.0
 

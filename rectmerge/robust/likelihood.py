@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import add_bent_scores, add_scores, invert
-from rectmerge.robust.features import DISTANCE_EDGES_CELLS, IN_UNKNOWN, Features
+from rectmerge.robust.distances import BINS, EDGES_CELLS, IN_UNKNOWN
+from rectmerge.robust.features import Features
 
 STEPS_PER_NAT = 1024  # likelihoods are whole numbers of this step
 LARGEST_GAIN = 3.0
@@ -42,21 +43,27 @@ BEND_COST = 0.01  # nats per wall point and squared cell of its shift
 BLOCK_COST = 6.0  # nats for each block that shifts at all: its two coordinates are fitted, not known
 
 
-def likelihood_field(features: Features, noise: WallNoise) -> NDArray[np.int32]:
-    """Log-likelihood ratio that a foreign wall point at a cell is a wall of this map, in 1/1024 nat, shape (h, w).
+def gain_table(counts: NDArray[np.intp], noise: WallNoise) -> NDArray[np.float64]:
+    """Log-likelihood ratio that a foreign wall point is a wall of a map, by the code of its distance, (256,), nats.
 
-    The alternative is a point anywhere in this map's known area: a wall met in a big empty room says more than one met
-    among shelves, and the empty room itself says nothing. 0 where the map is unknown, and along the border.
+    The alternative is a point anywhere in the map's known area, whose distances are counted in `counts`: a wall met in
+    a big empty room says more than one met among shelves, and the empty room itself says nothing. 0 where the map is
+    unknown, but for what is near a wall, and along the border.
     """
-    edges = DISTANCE_EDGES_CELLS
-    background = features.distance_counts + 1.0
+    background = counts + 1.0
     background /= background.sum()
-    below = [[math.erf(edge / (s * math.sqrt(2))) for edge in edges] for s in noise.spreads]
+    below = [[math.erf(edge / (s * math.sqrt(2))) for edge in EDGES_CELLS] for s in noise.spreads]
     ratio = np.log((1 - noise.outliers) * np.diff(np.mean(below, axis=0)) / background + noise.outliers)
-    table = np.zeros(256, np.int32)
-    table[: len(ratio)] = np.rint(STEPS_PER_NAT * np.minimum(ratio, LARGEST_GAIN))
-    near = np.count_nonzero(edges[:-1] < NEAR_SIGMAS * min(noise.spreads))
+    table = np.zeros(256)
+    table[:BINS] = np.minimum(ratio, LARGEST_GAIN)
+    near = np.count_nonzero(EDGES_CELLS[:-1] < NEAR_SIGMAS * min(noise.spreads))
     table[IN_UNKNOWN : IN_UNKNOWN + near] = table[:near]
+    return table
+
+
+def likelihood_field(features: Features, noise: WallNoise) -> NDArray[np.int32]:
+    """Gain of a foreign wall point at each cell, whichever way it faces, in 1/1024 nat, shape (h, w)."""
+    table = np.rint(STEPS_PER_NAT * gain_table(features.distance_counts, noise)).astype(np.int32)
     return np.asarray(cv2.LUT(features.distance_bins, table), np.int32)
 
 

@@ -25,7 +25,7 @@ from rectmerge.robust.features import (
 )
 from rectmerge.robust.refinement import RIVAL_POINTS, SURFACE_POINTS, Fit, Surface, fit_surfaces, to_pixels
 from rectmerge.robust.search import Ranking, Search
-from rectmerge.robust.verdict import SURE_AT, Evidence, judge, likelihood_ratio
+from rectmerge.robust.verdict import ACCEPT_AT, SURE_AT, Evidence, judge, others, share
 from rectmerge.similarity import Similarity
 
 REFINED_BEYOND = 0.05  # refinement may leave the bounds of the scale by this share
@@ -91,14 +91,14 @@ class Robust:
         swapped = maps[1].rank > maps[0].rank
         fixed, moving = maps[::-1] if swapped else maps
         bounds = (1 / scale[1], 1 / scale[0]) if swapped else scale
-        search, ranking, stage = self._search(fixed, moving, bounds, rng)
-        if len(ranking.placements) == 0:
-            reason = "no rectangle of free space in one map fits one in the other at a scale within bounds"
+        search, ranking = self._search(fixed, moving, bounds, rng)
+        if len(ranking) == 0:
+            reason = "no placement of one map on the other at a scale within bounds"
             return Alignment(verdict="rejected", reason=reason, method=self.name, quality=quality)
         answers = self._exact(search, ranking, fixed, moving, bounds)
         is_mirrored = False
         if answers[0][2].probability < SURE_AT:
-            answers, is_mirrored = self._beside_mirror_image(answers, fixed, moving, bounds, rng, stage)
+            answers, is_mirrored = self._beside_mirror_image(answers, fixed, moving, bounds, rng)
         verdict, reason = judge(answers[0][2])
         if verdict != "accepted" and is_mirrored:
             verdict, reason = "rejected", "the maps fit when one is mirrored: is one image flipped?"
@@ -119,12 +119,11 @@ class Robust:
         return _Map.of(grid, MapCells.of(trinary(grid)), self.rectangles)
 
     def _search(
-        self, fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator, last_stage: int = 2
-    ) -> tuple[Search, Ranking, int]:
-        """Search in the strongest orthogonal frames, and where nothing convinces, as a second stage in weaker ones too.
+        self, fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator
+    ) -> tuple[Search, Ranking]:
+        """Search by rectangles in the strongest orthogonal frames; where that does not convince, by every shift.
 
-        Two wings of a building meet at an angle: what both maps share may lie in the frame that is strong in one map
-        and weak in the other. Where no direction dominates, frames all round are tried.
+        Whatever the rectangles propose, the best has to hold against every shift and quarter turn at its own scale.
         """
         a, b = fixed.walled, moving.walled
         search = Search(
@@ -133,17 +132,21 @@ class Robust:
             walls_a=rng.permutation(a.walls),
             walls_b=rng.permutation(b.walls),
             scale_bounds=_widened((scale[0] * b.factor / a.factor, scale[1] * b.factor / a.factor)),
+            angle=fixed.angles[0][0],
             screened=self.screened,
             refined=self.refined,
         )
-        ranking = search.run(fixed.frames, moving.frames)
-        if last_stage == 1 or _convinces(search, ranking):
-            return search, ranking, 1
+        ranking = _against_rivals(search, search.rank(search.by_rectangles(fixed.frames, moving.frames)))
+        if _convinces(ranking):
+            return search, ranking
+        fits = [ranking.placements, search.by_correlation(fixed.frame_angles, moving.frame_angles)]
         if min(fixed.contrast, moving.contrast) >= WEAK_CONTRAST:
-            return search, search.run(*(map_.all_frames(self.rectangles) for map_ in (fixed, moving))), 2
-        angles = np.radians(np.arange(0, QUARTER_TURN_DEG, ALL_ROUND_STEP_DEG))
-        all_round = [rectangles_in_frame(b, float(angle), most=self.rectangles) for angle in angles]
-        return search, search.run(fixed.frames[:1], all_round), 2
+            fits.append(search.by_rectangles(fixed.all_frames(self.rectangles), moving.all_frames(self.rectangles)))
+        else:
+            angles = np.radians(np.arange(0, QUARTER_TURN_DEG, ALL_ROUND_STEP_DEG))
+            all_round = [rectangles_in_frame(b, float(angle), most=self.rectangles) for angle in angles]
+            fits.append(search.by_rectangles(fixed.frames[:1], all_round))
+        return search, _against_rivals(search, search.rank(np.concatenate(fits)))
 
     def _exact(
         self, search: Search, ranking: Ranking, fixed: _Map, moving: _Map, scale: tuple[float, float]
@@ -151,15 +154,19 @@ class Robust:
         """Make the best placements exact on the maps' own cells, and gather what speaks for each."""
         surfaces = Surface.of(fixed.cells), Surface.of(moving.cells)
         comparison = Comparison(fixed.grid, moving.grid)
+        rivals, weights = others(ranking.plausibility), ranking.weights
         answers = []
-        for i in range(min(self.candidates, len(ranking.placements))):
+        for i in range(min(self.candidates, len(ranking))):
             placement = to_pixels(ranking.placements[i], search.a, search.b)
             fit = fit_surfaces(placement, *surfaces, _widened(scale), points=RIVAL_POINTS if i else SURFACE_POINTS)
             agreement = comparison.measure(_similarity(fit))
-            evidence = dataclasses.replace(
-                search.evidence(ranking, i),
+            evidence = Evidence(
+                **weights.at(i),
+                plausibility=float(ranking.plausibility[i]),
+                rivals=float(rivals[i]),
+                likelihood=float(ranking.likelihoods[i]),
+                support=float(ranking.support[i]),
                 matched=fit.matched,
-                overlap=agreement.overlap,
                 conflict=agreement.conflict,
                 slack_cells=fit.slack_cells,
                 is_at_limit=_is_at_limit(fit, _widened(scale)),
@@ -168,26 +175,16 @@ class Robust:
         return answers
 
     def _beside_mirror_image(
-        self,
-        answers: list[_Answer],
-        fixed: _Map,
-        moving: _Map,
-        scale: tuple[float, float],
-        rng: np.random.Generator,
-        stage: int,
+        self, answers: list[_Answer], fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator
     ) -> tuple[list[_Answer], bool]:
-        """Weigh the answers against the mirror image's best placement; tell whether that one fits, and better.
-
-        The mirror image is searched as far as the maps were: to the same stage.
-        """
+        """Weigh the answers against the mirror image's best placement; tell whether that one fits, and better."""
         flipped = _Map.of(moving.grid, moving.cells.mirrored(), self.rectangles)
-        search, ranking, _ = self._search(fixed, flipped, scale, rng, last_stage=stage)
-        likelihood = float(ranking.likelihoods[0]) if len(ranking.likelihoods) else 0.0
-        weighed = [
-            (fit, agreement, dataclasses.replace(evidence, decoy=likelihood_ratio(likelihood, evidence.likelihood)))
-            for fit, agreement, evidence in answers
-        ]
-        return weighed, _convinces(search, ranking) and likelihood > answers[0][2].likelihood
+        _, ranking = self._search(fixed, flipped, scale, rng)
+        if len(ranking) == 0:
+            return answers, False
+        decoy = float(ranking.plausibility[0])
+        weighed = [(fit, agreement, dataclasses.replace(evidence, decoy=decoy)) for fit, agreement, evidence in answers]
+        return weighed, _convinces(ranking) and decoy > answers[0][2].plausibility
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -208,6 +205,11 @@ class _Map:
         angles = dominant_angles(features)
         strong = [angle for angle, contrast in angles[:2] if contrast >= STRONG * angles[0][1]]
         return cls(grid, cells, features, angles, [rectangles_in_frame(features, at, most=rectangles) for at in strong])
+
+    @property
+    def frame_angles(self) -> list[float]:
+        """The angles of the strong frames, radians."""
+        return [frame.angle for frame in self.frames]
 
     def all_frames(self, rectangles: int) -> list[Frame]:
         """Return the frames of all directions in which walls pile up, the strong ones first."""
@@ -230,8 +232,15 @@ class _Map:
         return len(self.walled.walls), self.grid.occupancy.size, float(self.walled.walls.sum())
 
 
-def _convinces(search: Search, ranking: Ranking) -> bool:
-    return len(ranking.placements) > 0 and judge(search.evidence(ranking))[0] == "accepted"
+def _against_rivals(search: Search, ranking: Ranking) -> Ranking:
+    """Rank once more, with the best placement's rivals at every shift and quarter turn."""
+    if len(ranking) == 0:
+        return ranking
+    return search.rank(np.concatenate([ranking.placements, search.rivals_of(ranking.placements[0])]))
+
+
+def _convinces(ranking: Ranking) -> bool:
+    return len(ranking) > 0 and share(ranking.plausibility[0], others(ranking.plausibility)[0]) >= ACCEPT_AT
 
 
 def _is_at_limit(fit: Fit, bounds: tuple[float, float]) -> bool:

@@ -16,6 +16,7 @@ from rectmerge.robust.features import Features
 
 BROAD = (16.0, 12.0, 8.0, 8.0)  # working cells
 FINE = (6.0, 6.0, 4.0, 4.0, 3.0, 3.0)
+NARROW = (8.0, 6.0, 6.0, 4.0, 4.0, 3.0, 3.0, 2.0, 2.0)
 ONTO_RIGID = (2.0, 2.0, 2.0)
 ONTO_BENT = (10.0, 10.0, 10.0)
 REACH_CELLS = (6.0, 4.0, 3.0, 2.5, 2.5)  # full resolution

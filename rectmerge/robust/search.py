@@ -1,4 +1,4 @@
-"""The search for placements of one map's working grid on another's: propose, screen, refine, rank."""
+"""Finding the placements that explain both maps: proposed by rectangles or by trying every shift, judged by the walls."""
 
 from __future__ import annotations
 
@@ -9,42 +9,53 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.placements import add_scores, distinct, invert
-from rectmerge.overlap import area_overlap, cells_of
+from rectmerge._kernels.placements import distinct
+from rectmerge.robust.correlation import correlate, scales_within
 from rectmerge.robust.features import Features, Frame
 from rectmerge.robust.hypotheses import propose
 from rectmerge.robust.likelihood import BENDING_NOISE, JUDGED_NOISES, SEARCH_NOISE, Judge, WallNoise
-from rectmerge.robust.refinement import BROAD, FINE, ONTO_BENT, ONTO_RIGID, refine
-from rectmerge.robust.verdict import Evidence, likelihood_ratio
+from rectmerge.robust.model import plausibility
+from rectmerge.robust.refinement import BROAD, FINE, NARROW, ONTO_BENT, ONTO_RIGID, refine
+from rectmerge.robust.sides import Sides
+from rectmerge.robust.weighing import Weights, weigh
 
 SCREEN_POINTS = (40, 200)  # wall points of each map in the two screenings
 SEARCH_POINTS, FINAL_POINTS = 300, 800  # wall points of each map in the two refinements
 SAME_CELLS = 4.0  # hypotheses closer than this, in working cells, are one
 SAME_FIT_CELLS = 3.0  # so are refined ones
-SAME_RADIUS = 0.25  # answers closer than this share of the map's radius say the same
-FITS = 15  # refined placements that are judged in full
+SAME_RADIUS = 0.08  # answers closer than this share of the map's radius say the same
+FITS = 15  # refined placements of rectangles that are judged in full
+SHIFTS, RIVALS = 8, 5  # correlated shifts kept of each turn: of every scale, and beside the best placement
+SWEPT = 48  # correlated placements that are refined and judged in full
 BENT_FITS = 8  # of these, judged as bent maps too
-SAMPLED_FLOOR = 2000  # free cells that stand for all where overlaps are compared
 KEPT = 20
 DAMPING_RIGID, DAMPING_LOOSE = 0.25, 0.5  # powers of the overlap by which likelihoods are damped
-BESIDE_CELLS = 3.0
-DEEP_CELLS = 8.0  # a wall this far from the other map's walls, in its free space, is missing there
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ranking:
-    """Placements between working grids, best first.
+    """Distinct placements between working grids, most plausible first, and what speaks for each; N of them.
 
     Parameters
     ----------
     placements
         Shape (N, 4), rows (a, b, tx, ty).
-    likelihoods
-        Shape (N,): log-likelihood ratio of the walls, damped by a power of the overlap.
+    weights
+        How the faces of their walls meet.
+    likelihoods, support
+        Shape (N,): log-likelihood ratio of the walls, damped by a power of the overlap, and per wall point.
+    plausibility
+        Shape (N,): log-odds that a placement with this to speak for it is right, were there no other.
     """
 
     placements: NDArray[np.float64]
+    weights: Weights
     likelihoods: NDArray[np.float64]
+    support: NDArray[np.float64]
+    plausibility: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.placements)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,6 +70,8 @@ class Search:
         Their wall points in random order: the first ones stand for all where not all are used.
     scale_bounds
         Bounds of the scale between the working grids.
+    angle
+        Of the strongest directions of A's walls, radians.
     screened, refined
         Hypotheses kept by the first screening, and refined.
     """
@@ -68,39 +81,53 @@ class Search:
     walls_a: NDArray[np.float64]
     walls_b: NDArray[np.float64]
     scale_bounds: tuple[float, float]
+    angle: float
     screened: int
     refined: int
 
-    def run(self, frames_a: Sequence[Frame], frames_b: Sequence[Frame]) -> Ranking:
-        """Rank the placements that the rectangles of the frames propose."""
+    def by_rectangles(self, frames_a: Sequence[Frame], frames_b: Sequence[Frame]) -> NDArray[np.float64]:
+        """Refine the best of the placements that pairs of rectangles propose, shape (N, 4)."""
         hypotheses = propose(frames_a, frames_b, self.scale_bounds)
         if len(hypotheses) == 0:
-            return Ranking(np.empty((0, 4)), np.empty(0))
+            return np.empty((0, 4))
         judge = self._judge(SEARCH_NOISE)
-        return self._ranked(self._refined(judge, self._screen(judge, hypotheses)))
+        return self._refined(judge, self._screen(judge, hypotheses))
 
-    def evidence(self, ranking: Ranking, which: int = 0) -> Evidence:
-        """Gather the evidence for one of the ranked placements against the best of the others."""
-        placement, likelihood = ranking.placements[which], float(ranking.likelihoods[which])
-        overlap, iou = free_overlap(placement, self.a, self.b)
-        apart = SAME_RADIUS * self.b.radius * math.hypot(placement[0], placement[1])
-        here = _moved(placement[None], self.b.landmarks)
-        elsewhere = np.abs(_moved(ranking.placements, self.b.landmarks) - here).max(axis=(1, 2)) >= apart  # (N,)
-        rival = float(ranking.likelihoods[elsewhere].max(initial=0.0))
-        return Evidence(
-            likelihood=likelihood,
-            rival=likelihood_ratio(rival, likelihood),
-            overlap=overlap,
-            iou=iou,
-            support=likelihood / min(len(self.walls_a), len(self.walls_b)),
-            missing=self._missing(placement),
-        )
+    def by_correlation(self, angles_a: Sequence[float], angles_b: Sequence[float]) -> NDArray[np.float64]:
+        """Refine the best of all shifts, at every scale, that lay a direction of B on one of A, shape (N, 4)."""
+        sides_b = [Sides.of(self.b, angle) for angle in angles_b]
+        pairs = [(Sides.of(self.a, angle), on_b) for angle in angles_a for on_b in sides_b]
+        return self._best_shifts(pairs, scales_within(self.scale_bounds), SHIFTS, SWEPT)
 
-    def _missing(self, placement: NDArray[np.float64]) -> float:
-        deep_b, known_b = _walls_in(self.a, _moved(placement[None], self.walls_b)[0], DEEP_CELLS)
-        back = invert(placement[None])
-        deep_a, known_a = _walls_in(self.b, _moved(back, self.walls_a)[0], DEEP_CELLS * math.hypot(*back[0, :2]))
-        return (deep_b + deep_a) / max(1, known_b + known_a)
+    def rivals_of(self, placement: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Refine the best of all shifts and quarter turns beside a placement, at its scale, shape (N, 4)."""
+        turn, scale = math.atan2(placement[1], placement[0]), math.hypot(placement[0], placement[1])
+        pair = Sides.of(self.a, self.angle), Sides.of(self.b, self.angle - turn)
+        return self._best_shifts([pair], np.array([scale]), RIVALS, 4 * RIVALS)
+
+    def rank(self, fits: NDArray[np.float64]) -> Ranking:
+        """Give each fit its most plausible form, as rigid or bent maps, and rank them.
+
+        Of two fits the one with more overlap is likelier, the more so if they need wide or bent walls.
+        """
+        forms = np.concatenate([fits, *(self._fit(fits, FINAL_POINTS, reaches) for reaches in (ONTO_RIGID, ONTO_BENT))])
+        weights = weigh(forms, self.a, self.b, self.angle)
+        likelihoods = self._likelihoods(forms, weights.overlap)
+        support = likelihoods / min(len(self.walls_a), len(self.walls_b))
+        plausible = plausibility(weights, support)
+        order = np.argsort(-plausible, kind="stable")
+        apart = max(SAME_FIT_CELLS, SAME_RADIUS * self.a.radius)
+        kept = order[distinct(forms[order], self.b.landmarks, apart, KEPT)]
+        return Ranking(forms[kept], weights.of(kept), likelihoods[kept], support[kept], plausible[kept])
+
+    def _likelihoods(self, placements: NDArray[np.float64], overlaps: NDArray[np.float64]) -> NDArray[np.float64]:
+        scores = np.array([self._judge(noise).score(placements) for noise in JUDGED_NOISES])  # (K, N)
+        rigid, loose = scores[0] * overlaps**DAMPING_RIGID, scores[1:].max(axis=0) * overlaps**DAMPING_LOOSE
+        likelihoods: NDArray[np.float64] = np.maximum(rigid, loose)
+        best = np.argsort(-likelihoods, kind="stable")[:BENT_FITS]
+        bent = self._judge(BENDING_NOISE).score_bent(placements[best]) * overlaps[best] ** DAMPING_LOOSE
+        likelihoods[best] = np.maximum(likelihoods[best], bent)
+        return likelihoods
 
     def _screen(self, judge: Judge, hypotheses: NDArray[np.float64]) -> NDArray[np.float64]:
         """Keep the distinct hypotheses under which a sample of the walls agrees best."""
@@ -116,29 +143,18 @@ class Search:
         fits = _best(fits, judge.score(fits), len(fits))
         return self._distinct(fits, SAME_FIT_CELLS, FITS)
 
+    def _best_shifts(
+        self, pairs: Sequence[tuple[Sides, Sides]], scales: NDArray[np.float64], most: int, refined: int
+    ) -> NDArray[np.float64]:
+        """Correlate maps in pairs of frames, and refine the best, distinct placements."""
+        found = [correlate(on_a, on_b, scales, most=most) for on_a, on_b in pairs]
+        placements, gains = (np.concatenate(parts) for parts in zip(*found, strict=True))
+        best = self._distinct(_best(placements, gains, len(gains)), SAME_CELLS, refined)
+        return self._fit(best, SEARCH_POINTS, NARROW)
+
     def _distinct(self, placements: NDArray[np.float64], apart: float, most: int) -> NDArray[np.float64]:
         kept: NDArray[np.float64] = placements[distinct(placements, self.b.landmarks, apart, most)]
         return kept
-
-    def _ranked(self, fits: NDArray[np.float64]) -> Ranking:
-        """Give each fit its most likely form, as rigid or bent maps, and rank by likelihood under the best noise.
-
-        Of two fits the one with more overlap is likelier, the more so if they need wide or bent walls.
-        """
-        forms = np.stack([fits, *(self._fit(fits, FINAL_POINTS, reaches) for reaches in (ONTO_RIGID, ONTO_BENT))])
-        judges = [self._judge(noise) for noise in JUDGED_NOISES]
-        scores = np.array([[judge.score(form) for judge in judges] for form in forms])  # (3, K, N)
-        form, each = scores.max(axis=1).argmax(axis=0), np.arange(len(fits))
-        placements, scores = forms[form, each], scores[form, :, each].T  # (N, 4), (K, N)
-        overlaps = sampled_overlaps(placements, self.a, self.b)
-        rigid, loose = scores[0] * overlaps**DAMPING_RIGID, scores[1:].max(axis=0) * overlaps**DAMPING_LOOSE
-        likelihoods = np.maximum(rigid, loose)
-        best = np.argsort(-likelihoods, kind="stable")[:BENT_FITS]
-        bent = self._judge(BENDING_NOISE).score_bent(placements[best]) * overlaps[best] ** DAMPING_LOOSE
-        likelihoods[best] = np.maximum(likelihoods[best], bent)
-        order = np.argsort(-likelihoods, kind="stable")
-        order = order[distinct(placements[order], self.b.landmarks, SAME_FIT_CELLS, KEPT)]
-        return Ranking(placements[order], likelihoods[order])
 
     def _judge(self, noise: WallNoise) -> Judge:
         return Judge(self.a, self.b, self.walls_a, self.walls_b, noise)
@@ -148,42 +164,7 @@ class Search:
         return refine(placements, self.a, self.b, walls, reaches, self.scale_bounds)
 
 
-def free_overlap(placement: NDArray[np.float64], a: Features, b: Features) -> tuple[float, float]:
-    """Share of the smaller free space, and of the union, that both maps see free under a placement."""
-    matrix = np.array([[placement[0], -placement[1], placement[2]], [placement[1], placement[0], placement[3]]])
-    return area_overlap(a.free.view(np.uint8), b.free.view(np.uint8), matrix)
-
-
-def sampled_overlaps(placements: NDArray[np.float64], a: Features, b: Features) -> NDArray[np.float64]:
-    """Estimate the overlap of the free spaces under each placement, shape (N,), from evenly spaced free cells of B."""
-    floor = np.ascontiguousarray(cells_of(b.free, SAMPLED_FLOOR)[:, ::-1].T, np.float32)
-    hits = np.zeros(len(placements), np.int64)
-    add_scores(placements, floor, a.free.astype(np.int32), hits)
-    area_a, area_b = np.count_nonzero(a.free), np.count_nonzero(b.free) * (placements[:, :2] ** 2).sum(axis=1)
-    overlaps: NDArray[np.float64] = hits / max(1, floor.shape[1]) * area_b / np.minimum(area_a, area_b)
-    return np.minimum(1.0, overlaps)
-
-
-def _walls_in(other: Features, points: NDArray[np.float64], deep: float) -> tuple[int, int]:
-    """Count the points that lie deep in a map's free space, and those on its known cells or beside its walls."""
-    u, v = np.rint(points).astype(np.intp).T
-    height, width = other.free.shape
-    inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
-    cells = v[inside], u[inside]
-    distance = other.distance[cells]
-    is_deep = other.free[cells] & (distance > deep)
-    return int(is_deep.sum()), int((other.known[cells] | (distance < BESIDE_CELLS)).sum())
-
-
 def _best(placements: NDArray[np.float64], scores: NDArray[np.float64], most: int) -> NDArray[np.float64]:
     """Order placements by score, best first, and keep the first ones."""
     best: NDArray[np.float64] = placements[np.argsort(-scores, kind="stable")[:most]]
     return best
-
-
-def _moved(placements: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Move points, shape (P, 2), by each placement: shape (N, P, 2)."""
-    a, b, tx, ty = placements.T[:, :, None]
-    u, v = points.T
-    moved: NDArray[np.float64] = np.stack([a * u - b * v + tx, b * u + a * v + ty], axis=-1)
-    return moved

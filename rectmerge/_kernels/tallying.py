@@ -1,0 +1,37 @@
+"""Counting what the walls of one map meet in the other, placement by placement."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge._kernels.compiling import kernel
+
+
+@kernel
+def tally(
+    placements: NDArray[np.float64],
+    quarters: NDArray[np.int64],
+    points: NDArray[np.float64],
+    faces: NDArray[np.bool_],
+    bins: NDArray[np.uint8],
+    counts: NDArray[np.int32],
+) -> None:
+    """Add up, for each placement, the codes met by the points' faces: counts (N, codes).
+
+    `faces` (P, 4) tells in which of four directions a point has free space; a placement turns direction k into
+    direction k + quarters of the other map, whose codes are `bins` (4, h, w). What falls outside meets nothing.
+    """
+    height, width = bins.shape[1:]
+    for i in range(len(placements)):
+        a, b = placements[i, 0], placements[i, 1]
+        tx, ty = placements[i, 2] + 0.5, placements[i, 3] + 0.5
+        for n in range(len(points)):
+            x = a * points[n, 0] - b * points[n, 1] + tx
+            y = b * points[n, 0] + a * points[n, 1] + ty
+            if x < 0 or y < 0 or x >= width or y >= height:
+                continue
+            u, v = int(x), int(y)
+            for k in range(4):
+                if faces[n, k]:
+                    counts[i, bins[(k + quarters[i]) % 4, v, u]] += 1

@@ -1,0 +1,32 @@
+"""Distances to walls as small codes, one byte a cell: what likelihoods are looked up by."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+EDGES_CELLS = np.array([*np.arange(0, 8, 0.5), 8, 10, 12, 16, 24, np.inf])  # between bins of the distance
+BINS = len(EDGES_CELLS) - 1
+BIN_OF_HALF_CELL = (np.searchsorted(EDGES_CELLS, np.arange(0, 24.5, 0.5), side="right") - 1).astype(np.uint8)
+IN_UNKNOWN, ON_BORDER = 32, 64  # added to a bin where nothing is known; the code of the border
+
+
+def distance_codes(distance: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Code each cell's distance to a wall, shape (h, w): its bin, `IN_UNKNOWN` more where a wall contradicts nothing.
+
+    The border is `ON_BORDER` and stands for everything beyond.
+    """
+    codes = BIN_OF_HALF_CELL[np.minimum(2 * distance, len(BIN_OF_HALF_CELL) - 1).astype(np.uint8)]
+    codes[~known] += IN_UNKNOWN
+    codes[[0, -1], :] = codes[:, [0, -1]] = ON_BORDER
+    return codes
+
+
+def distance_to(cells: tuple[NDArray[np.intp], NDArray[np.intp]], shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Measure from each cell to the nearest of some cells (rows, cols), in cells; far away where there are none."""
+    is_other = np.ones(shape, np.uint8)
+    is_other[cells] = 0
+    if is_other.all():
+        return np.full(shape, EDGES_CELLS[-2] + 1, np.float32)
+    return np.asarray(cv2.distanceTransform(is_other, cv2.DIST_L2, cv2.DIST_MASK_5), np.float32)

@@ -1,0 +1,70 @@
+"""The walls of a map by the side they face: what is seen from the left of a wall is not what is seen from the right."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.robust.distances import BINS, IN_UNKNOWN, distance_codes, distance_to
+from rectmerge.robust.features import Features
+from rectmerge.robust.likelihood import WallNoise, gain_table
+
+QUARTER = math.pi / 2
+SEEN_FREE_CELLS = (2.0, 3.0)  # a wall faces a way if the map is free at these distances
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sides:
+    """Which way each wall point of a map faces, and how far each cell is from the next wall that faces a way.
+
+    The ways are numbered: k is ``angle + k * 90`` degrees, from u towards v in the working grid.
+
+    Parameters
+    ----------
+    features
+        The map.
+    angle
+        Of way 0, radians.
+    faces
+        Shape (N, 4), bool: the wall point has free space that way.
+    codes
+        Shape (4, h, w), uint8: as `Features.distance_bins`, of the distance to walls that face each way. Where the map
+        is not free, `IN_UNKNOWN` more: a wall that another map has there contradicts nothing.
+    counts
+        Shape (4, BINS): known cells by their distance to walls that face each way.
+    """
+
+    features: Features
+    angle: float
+    faces: NDArray[np.bool_]
+    codes: NDArray[np.uint8]
+    counts: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, features: Features, angle: float) -> Sides:
+        """Sort the walls of a map by the ways they face."""
+        height, width = features.free.shape
+        faces = np.ones((len(features.walls), 4), np.bool_)
+        codes = np.empty((4, height, width), np.uint8)
+        counts = np.empty((4, BINS), np.intp)
+        for k in range(4):
+            way = np.array([math.cos(angle + k * QUARTER), math.sin(angle + k * QUARTER)])
+            for cells in SEEN_FREE_CELLS:
+                u, v = np.rint(features.walls + cells * way).astype(np.intp).T
+                faces[:, k] &= features.free[v.clip(0, height - 1), u.clip(0, width - 1)]
+            u, v = np.rint(features.walls[faces[:, k]]).astype(np.intp).T
+            codes[k] = distance_codes(distance_to((v, u), features.free.shape), features.free)
+            counts[k] = np.bincount(codes[k][features.known] % IN_UNKNOWN, minlength=BINS)[:BINS]
+        return cls(features, angle, faces, codes, counts)
+
+    def gains(self, noise: WallNoise) -> NDArray[np.float32]:
+        """Log-likelihood ratio of meeting each code, by way, shape (4, 256), nats."""
+        return np.stack([gain_table(count, noise) for count in self.counts]).astype(np.float32)
+
+    def quarters_from(self, other: Sides, turn: float) -> int:
+        """Tell which way of this map way 0 of another points after a turn, radians."""
+        return round((other.angle + turn - self.angle) / QUARTER) % 4
+
