@@ -14,15 +14,15 @@ def tally(
     quarters: NDArray[np.int64],
     points: NDArray[np.float64],
     faces: NDArray[np.bool_],
-    bins: NDArray[np.uint8],
+    codes: NDArray[np.uint8],
     counts: NDArray[np.int32],
 ) -> None:
     """Add up, for each placement, the codes met by the points' faces: counts (N, codes).
 
-    `faces` (P, 4) tells in which of four directions a point has free space; a placement turns direction k into
-    direction k + quarters of the other map, whose codes are `bins` (4, h, w). What falls outside meets nothing.
+    `faces` (P, W) tells in which of W directions a point has free space; a placement turns direction k into direction
+    k + quarters of the other map, whose codes are `codes` (W, h, w). What falls outside meets nothing.
     """
-    height, width = bins.shape[1:]
+    ways, height, width = codes.shape
     for i in range(len(placements)):
         a, b = placements[i, 0], placements[i, 1]
         tx, ty = placements[i, 2] + 0.5, placements[i, 3] + 0.5
@@ -32,6 +32,6 @@ def tally(
             if x < 0 or y < 0 or x >= width or y >= height:
                 continue
             u, v = int(x), int(y)
-            for k in range(4):
+            for k in range(ways):
                 if faces[n, k]:
-                    counts[i, bins[(k + quarters[i]) % 4, v, u]] += 1
+                    counts[i, codes[(k + quarters[i]) % ways, v, u]] += 1

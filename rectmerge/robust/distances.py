@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 EDGES_CELLS = np.array([*np.arange(0, 8, 0.5), 8, 10, 12, 16, 24, np.inf])  # between bins of the distance
 BINS = len(EDGES_CELLS) - 1
 BIN_OF_HALF_CELL = (np.searchsorted(EDGES_CELLS, np.arange(0, 24.5, 0.5), side="right") - 1).astype(np.uint8)
+_BINS_OF_BYTES = np.pad(BIN_OF_HALF_CELL, (0, 256 - len(BIN_OF_HALF_CELL)), mode="edge")
 IN_UNKNOWN, ON_BORDER = 32, 64  # added to a bin where nothing is known; the code of the border
 
 
@@ -17,7 +18,8 @@ def distance_codes(distance: NDArray[np.float32], known: NDArray[np.bool_]) -> N
 
     The border is `ON_BORDER` and stands for everything beyond.
     """
-    codes = BIN_OF_HALF_CELL[np.minimum(2 * distance, len(BIN_OF_HALF_CELL) - 1).astype(np.uint8)]
+    half_cells = np.minimum(2 * distance, len(BIN_OF_HALF_CELL) - 1).astype(np.uint8)
+    codes = np.asarray(cv2.LUT(half_cells, _BINS_OF_BYTES), np.uint8)
     codes[~known] += IN_UNKNOWN
     codes[[0, -1], :] = codes[:, [0, -1]] = ON_BORDER
     return codes

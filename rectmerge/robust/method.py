@@ -26,6 +26,7 @@ from rectmerge.robust.features import (
 from rectmerge.robust.refinement import RIVAL_POINTS, SURFACE_POINTS, Fit, Surface, fit_surfaces, to_pixels
 from rectmerge.robust.search import Ranking, Search
 from rectmerge.robust.verdict import ACCEPT_AT, SURE_AT, Evidence, judge, others, share
+from rectmerge.robust.weighing import Scales
 from rectmerge.similarity import Similarity
 
 REFINED_BEYOND = 0.05  # refinement may leave the bounds of the scale by this share
@@ -119,7 +120,7 @@ class Robust:
         return _Map.of(grid, MapCells.of(trinary(grid)), self.rectangles)
 
     def _search(
-        self, fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator
+        self, fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator, last_stage: int = 2
     ) -> tuple[Search, Ranking]:
         """Search by rectangles in the strongest orthogonal frames; where that does not convince, by every shift.
 
@@ -133,20 +134,21 @@ class Robust:
             walls_b=rng.permutation(b.walls),
             scale_bounds=_widened((scale[0] * b.factor / a.factor, scale[1] * b.factor / a.factor)),
             angle=fixed.angles[0][0],
+            scales=Scales(a, b, fixed.angles[0][0]),
             screened=self.screened,
             refined=self.refined,
         )
         ranking = _against_rivals(search, search.rank(search.by_rectangles(fixed.frames, moving.frames)))
-        if _convinces(ranking):
+        if last_stage == 1 or _convinces(ranking):
             return search, ranking
-        fits = [ranking.placements, search.by_correlation(fixed.frame_angles, moving.frame_angles)]
+        fits = [search.by_correlation(fixed.frame_angles, moving.frame_angles)]
         if min(fixed.contrast, moving.contrast) >= WEAK_CONTRAST:
             fits.append(search.by_rectangles(fixed.all_frames(self.rectangles), moving.all_frames(self.rectangles)))
         else:
             angles = np.radians(np.arange(0, QUARTER_TURN_DEG, ALL_ROUND_STEP_DEG))
             all_round = [rectangles_in_frame(b, float(angle), most=self.rectangles) for angle in angles]
             fits.append(search.by_rectangles(fixed.frames[:1], all_round))
-        return search, _against_rivals(search, search.rank(np.concatenate(fits)))
+        return search, _against_rivals(search, search.ranked(ranking.beside(search.rank(np.concatenate(fits)))))
 
     def _exact(
         self, search: Search, ranking: Ranking, fixed: _Map, moving: _Map, scale: tuple[float, float]
@@ -154,18 +156,15 @@ class Robust:
         """Make the best placements exact on the maps' own cells, and gather what speaks for each."""
         surfaces = Surface.of(fixed.cells), Surface.of(moving.cells)
         comparison = Comparison(fixed.grid, moving.grid)
-        rivals, weights = others(ranking.plausibility), ranking.weights
+        rivals = others(ranking.plausibility)
         answers = []
         for i in range(min(self.candidates, len(ranking))):
             placement = to_pixels(ranking.placements[i], search.a, search.b)
             fit = fit_surfaces(placement, *surfaces, _widened(scale), points=RIVAL_POINTS if i else SURFACE_POINTS)
             agreement = comparison.measure(_similarity(fit))
             evidence = Evidence(
-                **weights.at(i),
-                plausibility=float(ranking.plausibility[i]),
+                **ranking.at(i),
                 rivals=float(rivals[i]),
-                likelihood=float(ranking.likelihoods[i]),
-                support=float(ranking.support[i]),
                 matched=fit.matched,
                 conflict=agreement.conflict,
                 slack_cells=fit.slack_cells,
@@ -177,9 +176,13 @@ class Robust:
     def _beside_mirror_image(
         self, answers: list[_Answer], fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator
     ) -> tuple[list[_Answer], bool]:
-        """Weigh the answers against the mirror image's best placement; tell whether that one fits, and better."""
+        """Weigh the answers against the mirror image's best placement; tell whether that one fits, and better.
+
+        The mirror image is searched as far as the maps were, where the best answer might be accepted.
+        """
         flipped = _Map.of(moving.grid, moving.cells.mirrored(), self.rectangles)
-        _, ranking = self._search(fixed, flipped, scale, rng)
+        last_stage = 2 if answers[0][2].probability >= ACCEPT_AT else 1
+        _, ranking = self._search(fixed, flipped, scale, rng, last_stage)
         if len(ranking) == 0:
             return answers, False
         decoy = float(ranking.plausibility[0])
@@ -236,7 +239,7 @@ def _against_rivals(search: Search, ranking: Ranking) -> Ranking:
     """Rank once more, with the best placement's rivals at every shift and quarter turn."""
     if len(ranking) == 0:
         return ranking
-    return search.rank(np.concatenate([ranking.placements, search.rivals_of(ranking.placements[0])]))
+    return search.ranked(ranking.beside(search.rank(search.rivals_of(ranking.placements[0]))))
 
 
 def _convinces(ranking: Ranking) -> bool:

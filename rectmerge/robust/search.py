@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,13 @@ from rectmerge.robust.likelihood import BENDING_NOISE, JUDGED_NOISES, SEARCH_NOI
 from rectmerge.robust.model import plausibility
 from rectmerge.robust.refinement import BROAD, FINE, NARROW, ONTO_BENT, ONTO_RIGID, refine
 from rectmerge.robust.sides import Sides
-from rectmerge.robust.weighing import Weights, weigh
+from rectmerge.robust.weighing import Scales, Weights
 
 SCREEN_POINTS = (40, 200)  # wall points of each map in the two screenings
 SEARCH_POINTS, FINAL_POINTS = 300, 800  # wall points of each map in the two refinements
 SAME_CELLS = 4.0  # hypotheses closer than this, in working cells, are one
 SAME_FIT_CELLS = 3.0  # so are refined ones
-SAME_RADIUS = 0.08  # answers closer than this share of the map's radius say the same
+SAME_RADIUS = 0.2  # answers closer than this share of the map's radius say the same
 FITS = 15  # refined placements of rectangles that are judged in full
 SHIFTS, RIVALS = 8, 5  # correlated shifts kept of each turn: of every scale, and beside the best placement
 SWEPT = 48  # correlated placements that are refined and judged in full
@@ -32,30 +32,33 @@ KEPT = 20
 DAMPING_RIGID, DAMPING_LOOSE = 0.25, 0.5  # powers of the overlap by which likelihoods are damped
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ranking:
-    """Distinct placements between working grids, most plausible first, and what speaks for each; N of them.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Ranking(Weights):
+    """N distinct placements between working grids, most plausible first, and what speaks for each.
 
     Parameters
     ----------
     placements
         Shape (N, 4), rows (a, b, tx, ty).
-    weights
-        How the faces of their walls meet.
-    likelihoods, support
-        Shape (N,): log-likelihood ratio of the walls, damped by a power of the overlap, and per wall point.
+    likelihood, support
+        Shape (N,): log-likelihood ratio of the walls, damped by a power of the overlap, and per wall point of the map
+        that has fewer.
     plausibility
         Shape (N,): log-odds that a placement with this to speak for it is right, were there no other.
     """
 
     placements: NDArray[np.float64]
-    weights: Weights
-    likelihoods: NDArray[np.float64]
+    likelihood: NDArray[np.float64]
     support: NDArray[np.float64]
     plausibility: NDArray[np.float64]
 
     def __len__(self) -> int:
         return len(self.placements)
+
+    def at(self, which: int) -> dict[str, float]:
+        """Return what speaks for one placement, by name."""
+        names = [field.name for field in fields(self) if field.name != "placements"]
+        return {name: float(getattr(self, name)[which]) for name in names}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,6 +75,8 @@ class Search:
         Bounds of the scale between the working grids.
     angle
         Of the strongest directions of A's walls, radians.
+    scales
+        What placements are weighed on.
     screened, refined
         Hypotheses kept by the first screening, and refined.
     """
@@ -82,6 +87,7 @@ class Search:
     walls_b: NDArray[np.float64]
     scale_bounds: tuple[float, float]
     angle: float
+    scales: Scales
     screened: int
     refined: int
 
@@ -106,19 +112,25 @@ class Search:
         return self._best_shifts([pair], np.array([scale]), RIVALS, 4 * RIVALS)
 
     def rank(self, fits: NDArray[np.float64]) -> Ranking:
-        """Give each fit its most plausible form, as rigid or bent maps, and rank them.
-
-        Of two fits the one with more overlap is likelier, the more so if they need wide or bent walls.
-        """
+        """Give each fit, shape (N, 4), its most plausible form, as rigid or bent maps, and rank them."""
         forms = np.concatenate([fits, *(self._fit(fits, FINAL_POINTS, reaches) for reaches in (ONTO_RIGID, ONTO_BENT))])
-        weights = weigh(forms, self.a, self.b, self.angle)
-        likelihoods = self._likelihoods(forms, weights.overlap)
-        support = likelihoods / min(len(self.walls_a), len(self.walls_b))
-        plausible = plausibility(weights, support)
-        order = np.argsort(-plausible, kind="stable")
+        weights = self.scales.weigh(forms)
+        likelihood = self._likelihoods(forms, weights.overlap)
+        support = likelihood / min(len(self.walls_a), len(self.walls_b))
+        judged = Ranking(
+            placements=forms,
+            likelihood=likelihood,
+            support=support,
+            plausibility=plausibility(weights, support),
+            **vars(weights),
+        )
+        return self.ranked(judged)
+
+    def ranked(self, ranking: Ranking) -> Ranking:
+        """Order placements that were judged, most plausible first, and keep the distinct ones."""
+        order = np.argsort(-ranking.plausibility, kind="stable")
         apart = max(SAME_FIT_CELLS, SAME_RADIUS * self.a.radius)
-        kept = order[distinct(forms[order], self.b.landmarks, apart, KEPT)]
-        return Ranking(forms[kept], weights.of(kept), likelihoods[kept], support[kept], plausible[kept])
+        return ranking.of(order[distinct(ranking.placements[order], self.b.landmarks, apart, KEPT)])
 
     def _likelihoods(self, placements: NDArray[np.float64], overlaps: NDArray[np.float64]) -> NDArray[np.float64]:
         scores = np.array([self._judge(noise).score(placements) for noise in JUDGED_NOISES])  # (K, N)
