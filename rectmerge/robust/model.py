@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from rectmerge.robust.weighing import Weights
 
-TERMS = ("one", "met", "near", "far", "missing", "log_overlap", "root_iou", "log_judged", "support")
-RIGID = np.array([-0.2, 18.4, 0.0, 8.8, -30.1, 2.8, 8.1, -1.8, 0.0])
-BENT = np.array([-6.0, 0.0, 0.0, 0.0, -15.3, 0.0, 11.3, 0.0, 10.0])
+TERMS = (
+    *("one", "met", "near", "far", "log_judged", "things_met", "things_far", "log_things"),
+    *("missing", "log_overlap", "root_iou", "support"),
+)
+RIGID = np.array([-6.0, 12.0, 0.0, -15.0, 0.0, 3.0, 0.0, 0.0, -15.0, 2.8, 5.0, 0.0])
+BENT = np.array([-6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -15.3, 0.0, 11.3, 10.0])
 DECOY = 1.0  # weight of the mirror image's best placement among the rivals
 LEAST_OVERLAP, FEWEST_JUDGED, LARGEST_SUPPORT = 0.03, 20.0, 1.5
 
@@ -32,10 +35,13 @@ def terms(weights: Weights, support: NDArray[np.float64]) -> NDArray[np.float64]
         weights.met,
         weights.near,
         weights.far,
+        np.log(weights.judged + FEWEST_JUDGED),
+        weights.things_met,
+        weights.things_far,
+        np.log(weights.things + FEWEST_JUDGED),
         weights.missing,
         np.log(weights.overlap + LEAST_OVERLAP),
         np.sqrt(weights.iou),
-        np.log(weights.judged + FEWEST_JUDGED),
         np.sqrt(np.clip(support, 0.0, LARGEST_SUPPORT)),
     )
     return np.stack(columns, axis=1)

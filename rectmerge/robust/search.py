@@ -1,4 +1,4 @@
-"""Finding the placements that explain both maps: proposed by rectangles or by trying every shift, judged by the walls."""
+"""Finding the placements that explain both maps: proposed by rectangles or by trying every shift, judged by walls."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ class Evidence:
         what chance achieves on maps like these. Minus infinity where it was not asked.
     likelihood, support
         Log-likelihood ratio of all walls against chance, and per wall point of the map that has fewer.
-    judged, met, near, far, missing, overlap, iou
+    judged, met, near, far, things, things_met, things_far, missing, overlap, iou
         As in `rectmerge.robust.weighing.Weights`.
     matched
         Share of the wall surface in the overlap that lies within 2.5 cells of the other map's.
@@ -53,6 +53,9 @@ class Evidence:
     met: float = 0.0
     near: float = 0.0
     far: float = 0.0
+    things: float = 0.0
+    things_met: float = 0.0
+    things_far: float = 0.0
     missing: float = 0.0
     overlap: float = 0.0
     iou: float = 0.0

@@ -17,7 +17,7 @@ from rectmerge.robust.features import Features
 from rectmerge.robust.sides import QUARTER, Sides
 
 CODES = 128
-MET_CELLS, NEAR_CELLS, FAR_CELLS = 1.5, 4.0, 8.0  # edges of bins: how far a face may be from the next one that looks its way
+MET_CELLS, NEAR_CELLS, FAR_CELLS = 1.5, 4.0, 8.0  # edges of bins of the distance to a face that looks the same way
 SAMPLED_FLOOR = 2000  # free cells that stand for all where overlaps are compared
 SAME_TURN = math.radians(3.0)  # placements that turn alike share the sides of B
 BESIDE_CELLS = 3.0
@@ -33,6 +33,8 @@ class Weights:
         Faces of walls that fall where the other map can tell, of both maps, counted by the coarser map's cells.
     met, near, far
         Shares of these within 1.5 cells of a face of the other map that looks the same way, within 4, and beyond 8.
+    things, things_met, things_far
+        The same of faces that are in no long run: things may have been moved between the visits.
     missing
         Share of the walls on known cells of the other map that lie deep in its free space, whichever way they face.
     overlap, iou
@@ -43,6 +45,9 @@ class Weights:
     met: NDArray[np.float64]
     near: NDArray[np.float64]
     far: NDArray[np.float64]
+    things: NDArray[np.float64]
+    things_met: NDArray[np.float64]
+    things_far: NDArray[np.float64]
     missing: NDArray[np.float64]
     overlap: NDArray[np.float64]
     iou: NDArray[np.float64]
@@ -76,36 +81,42 @@ class Scales:
 
     def weigh(self, placements: NDArray[np.float64]) -> Weights:
         """Weigh placements, rows (a, b, tx, ty) between the working grids."""
-        counts = self._faces_met(placements)  # (N, CODES)
-        free, beyond = counts[:, :BINS], counts[:, IN_UNKNOWN : IN_UNKNOWN + BINS]
-        judged = free.sum(axis=1) + _within(beyond, NEAR_CELLS / 2)
-        some = np.maximum(judged, 1.0)
+        walls, things = self._faces_met(placements)
+        judged, met, near, far = _shares(walls)
+        some, things_met, _, things_far = _shares(things)
         overlap, iou = self._overlaps(placements)
         return Weights(
             judged=judged,
-            met=(_within(free, MET_CELLS) + _within(beyond, MET_CELLS)) / some,
-            near=(_within(free, NEAR_CELLS) + _within(beyond, NEAR_CELLS / 2)) / some,
-            far=1.0 - (_within(free, FAR_CELLS) + _within(beyond, NEAR_CELLS / 2)) / some,
+            met=met,
+            near=near,
+            far=far,
+            things=some,
+            things_met=things_met,
+            things_far=things_far,
             missing=self._missing(placements),
             overlap=overlap,
             iou=iou,
         )
 
-    def _faces_met(self, placements: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Count the codes that the faces of both maps meet, by the coarser map's cells, shape (N, CODES)."""
+    def _faces_met(self, placements: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Count the codes that long faces and others of both maps meet, by the coarser map's cells, (N, CODES) each."""
         back = invert(placements)
         turns = np.arctan2(placements[:, 1], placements[:, 0])
         alike = np.rint((self._angle - turns) % QUARTER / SAME_TURN).astype(int)
-        forward = np.zeros((len(placements), CODES), np.int32)
+        forward = np.zeros((2, len(placements), CODES), np.int32)
         backward = np.zeros_like(forward)
         for key in np.unique(alike):
             which = np.flatnonzero(alike == key)
             on_b = self._sides_of_b(int(key))
             quarters = np.rint((on_b.angle + turns[which] - self._angle) / QUARTER).astype(np.int64) % 4
-            there, here = placements[which], back[which]
-            forward[which] = _tallied(there, quarters, self._b.walls, on_b.faces, self._on_a.codes)
-            backward[which] = _tallied(here, -quarters % 4, self._a.walls, self._on_a.faces, on_b.codes)
-        return _by_coarser_cells(placements, forward, backward)
+            of_a, of_b = ((side.faces & side.is_long, side.faces & ~side.is_long) for side in (self._on_a, on_b))
+            for kind in range(2):
+                forward[kind, which] = _tallied(
+                    placements[which], quarters, self._b.walls, of_b[kind], self._on_a.codes
+                )
+                backward[kind, which] = _tallied(back[which], -quarters % 4, self._a.walls, of_a[kind], on_b.codes)
+        walls, things = (_by_coarser_cells(placements, forward[kind], backward[kind]) for kind in range(2))
+        return walls, things
 
     def _sides_of_b(self, key: int) -> Sides:
         if key not in self._on_b:
@@ -137,6 +148,16 @@ def _within(counts: NDArray[np.float64], cells: float) -> NDArray[np.float64]:
     """Sum the counts of distances below an edge of bins, shape (N,)."""
     sums: NDArray[np.float64] = counts[:, : int(np.searchsorted(EDGES_CELLS, cells))].sum(axis=1)
     return sums
+
+
+def _shares(counts: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    """How many faces could be judged by the codes they met, and the shares of them that are met, near and far."""
+    free, beyond = counts[:, :BINS], counts[:, IN_UNKNOWN : IN_UNKNOWN + BINS]
+    judged = free.sum(axis=1) + _within(beyond, NEAR_CELLS / 2)
+    some = np.maximum(judged, 1.0)
+    met = (_within(free, MET_CELLS) + _within(beyond, MET_CELLS)) / some
+    near = (_within(free, NEAR_CELLS) + _within(beyond, NEAR_CELLS / 2)) / some
+    return judged, met, near, _beyond(free, FAR_CELLS) / some
 
 
 def _beyond(counts: NDArray[np.float64], cells: float) -> NDArray[np.float64]:
