@@ -42,7 +42,8 @@ Made by `{command}`; the same command makes the same bytes.
 {splits}
 
 {failed} pairs of the suite could not be made and are not in the data set; `dataset_info.json` names each with its
-reason. {discarded} tries at a mission were discarded before one succeeded; it tells why.
+reason. {discarded} tries at a mission, in the same or another building, were discarded before one succeeded; it tells
+why.
 
 ## Load it
 

@@ -14,7 +14,8 @@ from rectmerge.errors import InputError
 from rectmerge.resultfolder import to_json
 from scenarios.datasetwriter import DataSetWriter, finished_info
 from scenarios.executors import IN_FLIGHT, WorkerDiedError, completed, describe_machine
-from scenarios.packing import Package, pack_source
+from scenarios.limits import MAKING, Limits
+from scenarios.packing import Package, make_within
 from scenarios.pairs import PairSource
 from scenarios.scenario import Seeds
 
@@ -43,11 +44,12 @@ class PairSuite(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """A source with the number of its first pair in the data set, and how many of its pairs are wanted."""
+    """A source with the number of its first pair in the data set, how many of its pairs are wanted, and its limits."""
 
     source: PairSource
     first: int
     count: int
+    limits: Limits = MAKING
 
 
 def generate(
@@ -202,4 +204,4 @@ def _packages(executor: Executor | None, in_flight: int, jobs: Iterable[Job]) ->
 
 
 def _do(job: Job) -> Package:
-    return pack_source(job.source, job.first, job.count)
+    return make_within(job.limits, job.source, job.first, job.count).package

@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 from rectmerge.errors import InputError
 from scenarios.attempts import Attempt, attempt, memory_mb
@@ -28,18 +28,21 @@ POLL_S = 0.02  # between looks at a child's memory
 WARM_UP_TIMES = 10  # the time limit: compiling takes longer than answering
 DEATHS = 3  # of processes at one task, until the task is held to be the cause
 SET_DEATH_SIGNAL = 1  # prctl's PR_SET_PDEATHSIG
+# dask sets it for its workers: every array is then given back to the system at once, and asked for anew, page by page
+COSTLY_SETTINGS = ("MALLOC_TRIM_THRESHOLD_",)
+Does = Literal["answers", "makes pairs"]  # what a child is for: each has one of its own, so that memory is told apart
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """What one answer may take.
+    """What one call may take: an answer, or the making of a mission's pairs.
 
     Parameters
     ----------
     timeout_s
         Wall time.
     memory_mb
-        Resident memory of the process that answers and of those it starts; None is no limit.
+        Resident memory of the process that makes the call and of those it starts; None is no limit.
     """
 
     timeout_s: float = TIMEOUT_S
@@ -50,7 +53,12 @@ class Limits:
             raise InputError(f"limits must be > 0, got {self.timeout_s} s and {self.memory_mb} MB")
 
 
-def call_within(limits: Limits, call: Callable[[], T], *, warm_up: Callable[[], object] | None = None) -> Attempt[T]:
+MAKING = Limits(timeout_s=3600.0)  # a mission and its pairs: the largest buildings take minutes
+
+
+def call_within(
+    limits: Limits, call: Callable[[], T], *, warm_up: Callable[[], object] | None = None, does: Does = "answers"
+) -> Attempt[T]:
     """Make a call in a child process of this thread, which is replaced where it had to be killed.
 
     Parameters
@@ -62,6 +70,8 @@ def call_within(limits: Limits, call: Callable[[], T], *, warm_up: Callable[[], 
     warm_up
         Done once per child before the clock starts, such as to compile; picklable and comparable. What cannot be
         done within ten times the time limit is left out for good.
+    does
+        What the call is: calls of one kind share a child.
 
     Examples
     --------
@@ -76,8 +86,8 @@ def call_within(limits: Limits, call: Callable[[], T], *, warm_up: Callable[[], 
     for _ in range(DEATHS):
         try:
             if first is not None:
-                _own_child().warm(first, limits)
-            got: Attempt[T] = _own_child().call(work, limits)
+                _own_child(does).warm(first, limits)
+            got: Attempt[T] = _own_child(does).call(work, limits)
             return got
         except _ChildDiedError as death:
             died = death.as_attempt()
@@ -116,8 +126,8 @@ def _answer(work: bytes) -> bytes:
 class _ChildDiedError(Exception):
     """A child ended in the middle of a call, by itself or killed by somebody else."""
 
-    def __init__(self, status: int) -> None:
-        super().__init__(f"the process that answers {how_it_ended(status)}")
+    def __init__(self, status: int, does: Does) -> None:
+        super().__init__(f"the process that {does} {how_it_ended(status)}")
         self.out_of_memory = status == -signal.SIGKILL
 
     def as_attempt(self) -> Attempt[Any]:
@@ -136,7 +146,8 @@ def how_it_ended(status: int | None) -> str:
 class _Child:
     """A process that makes calls, and the pipe to it."""
 
-    def __init__(self) -> None:
+    def __init__(self, does: Does) -> None:
+        self._does: Does = does
         ours, theirs = socket.socketpair()
         code = (
             f"import sys; sys.path[:] = {sys.path!r}; "
@@ -146,6 +157,7 @@ class _Child:
         self._process = subprocess.Popen(
             [sys.executable, "-c", code],
             pass_fds=[theirs.fileno()],
+            env={name: value for name, value in os.environ.items() if name not in COSTLY_SETTINGS},
             start_new_session=True,
             stdin=subprocess.DEVNULL,
             stdout=2,  # what a method prints must not get into the summary
@@ -156,7 +168,7 @@ class _Child:
         try:
             self._pipe.recv_bytes()  # it has started: from now on its time is its own
         except (EOFError, OSError):
-            raise _ChildDiedError(self._process.wait()) from None
+            raise _ChildDiedError(self._process.wait(), self._does) from None
 
     @property
     def is_alive(self) -> bool:
@@ -179,7 +191,7 @@ class _Child:
             got: Attempt[Any] = pickle.loads(self._pipe.recv_bytes())
             return got
         except (EOFError, OSError):
-            raise _ChildDiedError(self._process.wait()) from None
+            raise _ChildDiedError(self._process.wait(), self._does) from None
         except BaseException:  # interrupted: what it still answers would be taken for the next answer
             self.stop()
             raise
@@ -194,7 +206,8 @@ class _Child:
                 self.stop()
                 return Attempt(failure="out-of-memory", reason=f"took more than {limits.memory_mb:g} MB")
         self.stop()
-        return Attempt(failure="timeout", reason=f"no answer within {limits.timeout_s:g} s")
+        what = "no answer" if self._does == "answers" else "no pairs"
+        return Attempt(failure="timeout", reason=f"{what} within {limits.timeout_s:g} s")
 
     def stop(self) -> None:
         with contextlib.suppress(ProcessLookupError):
@@ -208,13 +221,14 @@ _started: set[_Child] = set()
 _never_warm: set[bytes] = set()
 
 
-def _own_child() -> _Child:
-    """Return this thread's child, a new one where there is none alive."""
-    child: _Child | None = getattr(_own, "child", None)
+def _own_child(does: Does) -> _Child:
+    """Return this thread's child for a kind of calls, a new one where there is none alive."""
+    children: dict[Does, _Child] = _own.__dict__.setdefault("children", {})
+    child = children.get(does)
     if child is None or not child.is_alive:
         if child is not None:
             _started.discard(child)
-        child = _own.child = _Child()
+        child = children[does] = _Child(does)
         _started.add(child)
     return child
 

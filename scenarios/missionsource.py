@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rectmerge.errors import SimulationError
-from scenarios.pairs import MapPair, make_pair, make_unrelated_pair
+from scenarios.pairs import Explored, MapPair, make_pair, make_unrelated_pair
 from scenarios.scenariospec import UNRELATED, Scenario, Variant
 from scenarios.unrelated import unrelated_log
 from sim.floorplans import make_world
@@ -18,15 +18,25 @@ from sim.mission import MissionLog, cut_to_overlap, run_mission
 
 OVERLAP_WITHIN = 0.05  # of a wanted overlap
 CUTS = 4  # of a log, at the most, until its finished maps have the wanted overlap
+BUILDINGS = 6  # at the most, until one has every pair that is wanted
 
 
 @dataclass(frozen=True, slots=True)
 class MissionSource:
-    """One mission to run and the pairs made from it: a `PairSource`, picklable and cheap until asked."""
+    """One mission to run and the pairs made from it: a `PairSource`, picklable and cheap until asked.
+
+    Parameters
+    ----------
+    suite, scenario, seed
+        What is wanted.
+    building
+        Which try it is: each is made of seeds of its own, which no other mission has.
+    """
 
     suite: str
     scenario: Scenario
     seed: int
+    building: int = 0
 
     @property
     def source_id(self) -> str:
@@ -45,30 +55,63 @@ class MissionSource:
         world = make_world(self.scenario.world, self._seed("world"))
         return run_mission(world, self.scenario.mission, self._seed("mission"))
 
-    def pairs_of(self, log: MissionLog) -> Iterator[MapPair]:
-        """Make the pairs of a mission that has been run.
+    def explored(self) -> Explored:
+        """Run the mission and make its pairs, and do so anew in another building where one of them is not to be had.
 
-        Noise and wrong poses change what a map shows: where a wanted overlap is missed by more than 0.05, the logs are
-        cut anew for a little more or less.
+        Of six buildings at the most the first counts that gives every pair, or else the first of those that give most.
 
         Raises
         ------
         SimulationError
-            After all others, if some pair cannot be had: no cut gives finished maps of the wanted overlap; the message
-            says what they have.
+            If none gives a mission at all.
         """
-        failures = []
+        best: Explored | None = None
+        discarded: tuple[str, ...] = ()
+        for building in range(BUILDINGS):
+            there = replace(self, building=building)
+            try:
+                log = there.mission()
+            except SimulationError as error:
+                discarded += (str(error),)
+                continue
+            found = there.explored_by(replace(log, discarded=discarded + log.discarded))
+            if not found.failed:
+                return found
+            discarded = found.log.discarded + tuple(found.failed.values())
+            best = max((one for one in (best, found) if one), key=lambda one: len(one.pairs))
+        if best is None:
+            raise SimulationError(f"no mission in {BUILDINGS} buildings, the last: {discarded[-1]}")
+        return replace(best, log=replace(best.log, discarded=discarded))
+
+    def explored_by(self, log: MissionLog) -> Explored:
+        """Make the pairs of a mission that has been run.
+
+        Noise and wrong poses change what a map shows: where a wanted overlap is missed by more than 0.05, the logs are
+        cut anew for a little more or less. Where no cut gives finished maps of the wanted overlap, the reason says what
+        they have.
+        """
+        pairs: list[MapPair] = []
+        failed: dict[str, str] = {}
         for variant, noise in self._ways():
             try:
-                yield self._told(self._pair(log, variant, noise), variant)
+                pairs.append(self._told(self._pair(log, variant, noise), variant))
             except SimulationError as error:
-                failures.append(f"{self._pair_id(variant, noise)}: {error}")
-        if failures:
-            raise SimulationError("; ".join(failures))
+                failed[self._pair_id(variant, noise)] = str(error)
+        return Explored(log=log, pairs=tuple(pairs), failed=failed)
+
+    def pairs_of(self, log: MissionLog) -> Iterator[MapPair]:
+        """Give the pairs of a mission that has been run.
+
+        Raises
+        ------
+        SimulationError
+            After all others, if some pair cannot be had; the message says why.
+        """
+        return _given(self.explored_by(log))
 
     def pairs(self) -> Iterator[MapPair]:
-        """Run the mission and make its pairs."""
-        return self.pairs_of(self.mission())
+        """Run the mission and give its pairs, as `explored` finds them; raises as `pairs_of` does."""
+        return _given(self.explored())
 
     def _ways(self) -> Iterator[tuple[Variant | None, int]]:
         for variant in self.scenario.variants or (None,):
@@ -135,9 +178,22 @@ class MissionSource:
         return replace(pair, info={**pair.info, "split": self.scenario.split, **more})
 
     def _seed(self, purpose: str) -> int:
-        """Derive a seed that scenarios and purposes do not share."""
+        """Derive a seed that scenarios, purposes and buildings do not share.
+
+        The first building's has 32 bits. The many further ones have 52, so that none meets that of another split; more
+        a number in JSON does not keep.
+        """
         key = tuple(zlib.crc32(text.encode()) for text in (self.scenario.name, purpose))
-        return int(np.random.SeedSequence(self.seed, spawn_key=key).generate_state(1)[0])
+        if not self.building:
+            return int(np.random.SeedSequence(self.seed, spawn_key=key).generate_state(1)[0])
+        further = np.random.SeedSequence(self.seed, spawn_key=(*key, self.building))
+        return int(further.generate_state(1, np.uint64)[0]) >> 12
+
+
+def _given(explored: Explored) -> Iterator[MapPair]:
+    yield from explored.pairs
+    if explored.failed:
+        raise SimulationError("; ".join(f"{pair_id}: {why}" for pair_id, why in explored.failed.items()))
 
 
 def _is_met(pair: MapPair, wanted: float) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import io
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -19,9 +19,11 @@ from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.levels import infer_levels
 from rectmerge.mapfile import encode_map
 from rectmerge.resultfolder import plain
-from scenarios.attempts import attempt
+from scenarios.attempts import Attempt, attempt
 from scenarios.dataset import SPLITS
-from scenarios.pairs import MapPair, PairSource
+from scenarios.limits import Limits, call_within
+from scenarios.pairs import Explored, MapPair, PairSource
+from scenarios.score import Outcome
 from scenarios.truth import control_point_rmse
 from sim.missionlog import MissionLog
 
@@ -33,13 +35,10 @@ EXACT = ("resolution_a", "resolution_b")  # kept to the last digit: the YAML tel
 
 @runtime_checkable
 class Explorer(Protocol):
-    """A source of pairs that runs one mission, whose building is known."""
+    """A source of pairs that runs missions, whose building is known."""
 
-    def mission(self) -> MissionLog:
-        """Run the mission."""
-
-    def pairs_of(self, log: MissionLog) -> Iterator[MapPair]:
-        """Make the pairs of a mission that has been run."""
+    def explored(self) -> Explored:
+        """Run the mission and make its pairs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +66,50 @@ class Package:
     failed: dict[str, str] = field(default_factory=dict)
 
 
-def pack_source(source: PairSource, first: int, count: int | None = None) -> Package:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Made:
+    """The pairs of a source, and what they add to a data set. Picklable.
+
+    Parameters
+    ----------
+    pairs
+        Those that can be kept where they are to be kept, and else all.
+    package
+        Without rows and files where nothing is to be kept; the reasons why pairs are missing it always has.
+    failure, log
+        What kind of failure the missing pairs are, and its traceback.
+    """
+
+    pairs: list[MapPair] = field(default_factory=list)
+    package: Package
+    failure: Outcome = "error"
+    log: str | None = None
+
+
+def make_within(limits: Limits, source: PairSource, first: int | None, count: int | None = None) -> Made:
+    """Make the pairs of a source; where that takes a mission, in a child process, which is killed if it takes too much.
+
+    Parameters
+    ----------
+    limits
+        What a mission and its pairs may take.
+    source, first, count
+        As `make` has them.
+    """
+    if not isinstance(source, Explorer):
+        return make(source, first, count)
+    tried = call_within(limits, functools.partial(make, source, first, count), does="makes pairs")
+    return tried.value or lost(source, tried, count)
+
+
+def lost(source: PairSource, tried: Attempt[Any], count: int | None = None) -> Made:
+    """Return what there is of a source none of whose pairs could be made."""
+    failed = dict.fromkeys(source.pair_ids[:count], tried.reason)
+    package = Package(source_id=source.source_id, failed=failed)
+    return Made(package=package, failure=tried.failure or "error", log=tried.log)
+
+
+def make(source: PairSource, first: int | None, count: int | None = None) -> Made:
     """Make the pairs of a source and pack them; what cannot be made is told in `failed`, and the rest is kept.
 
     Parameters
@@ -75,51 +117,37 @@ def pack_source(source: PairSource, first: int, count: int | None = None) -> Pac
     source
         Where the pairs come from.
     first
-        The number of its first pair, after which files are named.
+        The number of its first pair, after which files are named; None is nothing to be kept.
     count
         How many of its pairs are wanted; None is all.
     """
+    pairs: list[MapPair] = []
     package = Package(source_id=source.source_id)
-    tried = attempt(functools.partial(_make, source, first, count, package))
-    made = {row["pair_id"] for row in package.rows}
-    reason = tried.reason or "its source ended without it"
-    package.failed.update({pair_id: reason for pair_id in source.pair_ids[:count] if pair_id not in made})
-    return package
+    tried = attempt(functools.partial(_make, source, first, count, pairs, package))
+    made, reason = {pair.pair_id for pair in pairs}, tried.reason or "its source ended without it"
+    missing = (pair_id for pair_id in source.pair_ids[:count] if pair_id not in made)
+    package.failed.update({pair_id: package.failed.get(pair_id, reason) for pair_id in missing})
+    return Made(pairs=pairs, package=package, failure=tried.failure or "error", log=tried.log)
 
 
-def pack_pairs(
-    source: PairSource, pairs: Iterable[MapPair], first: int, package: Package, log: MissionLog | None = None
-) -> None:
-    """Add pairs that a source has made to its package.
-
-    Parameters
-    ----------
-    source
-        Where they come from.
-    pairs
-        Made one by one; each is packed whole before the next is made.
-    first
-        The number of the source's first pair.
-    package
-        What they are added to.
-    log
-        The mission they come from, if there was one: its building goes into the data set too.
-    """
-    if log is not None:
-        package.discarded.extend(log.discarded)
-    for pair in pairs:
+def _make(source: PairSource, first: int | None, count: int | None, pairs: list[MapPair], package: Package) -> None:
+    """Add pairs to those that were made, each when it is packed."""
+    found: Sequence[MapPair] = ()
+    log: MissionLog | None = None
+    if isinstance(source, Explorer):
+        explored = source.explored()
+        package.discarded.extend(explored.log.discarded)
+        wanted = source.pair_ids[:count]
+        package.failed.update({pair_id: why for pair_id, why in explored.failed.items() if pair_id in wanted})
+        found, log = [pair for pair in explored.pairs if pair.pair_id in wanted], explored.log
+    for pair in islice(source.pairs(), count) if log is None else found:
         if pair.pair_id not in source.pair_ids:
             raise InputError(f"{pair.pair_id!r} is not in the pairs of {source.source_id}")
-        number = first + source.pair_ids.index(pair.pair_id)
-        row, files = _packed(pair, number, log)
-        package.files.update(files)
-        package.rows.append(row)
-
-
-def _make(source: PairSource, first: int, count: int | None, package: Package) -> None:
-    log = source.mission() if isinstance(source, Explorer) else None
-    pairs = source.pairs_of(log) if log is not None and isinstance(source, Explorer) else source.pairs()
-    pack_pairs(source, islice(pairs, count), first, package, log)
+        if first is not None:
+            row, files = _packed(pair, first + source.pair_ids.index(pair.pair_id), log)
+            package.files.update(files)
+            package.rows.append(row)
+        pairs.append(pair)
 
 
 def _packed(pair: MapPair, number: int, log: MissionLog | None) -> tuple[MetadataRow, dict[str, bytes]]:

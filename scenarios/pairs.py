@@ -75,6 +75,25 @@ class PairSource(Protocol):
         """Make or read the pairs."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Explored:
+    """A mission that was run, and what came of it.
+
+    Parameters
+    ----------
+    log
+        The mission; `discarded` tells the tries that came to nothing.
+    pairs
+        Made from it.
+    failed
+        Why others could not be made, by pair id.
+    """
+
+    log: MissionLog
+    pairs: tuple[MapPair, ...]
+    failed: Mapping[str, str]
+
+
 def make_pair(
     log: MissionLog,
     spec_a: MapSpec,

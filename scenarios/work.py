@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from scenarios.attempts import Attempt, attempt
-from scenarios.limits import Limits
-from scenarios.packing import Explorer, Package, pack_pairs
+from scenarios.limits import MAKING, Limits
+from scenarios.packing import Package, lost, make_within
 from scenarios.pairs import MapPair, PairSource
 from scenarios.rows import Contender, Row, Task, answer_within, blank_row, row_of
 
@@ -28,12 +28,15 @@ class Terms:
         Of every answer.
     limits
         What one answer may take.
+    making
+        What one mission and its pairs may take.
     """
 
     contenders: Sequence[Contender]
     suite: str
     seed: int = 0
     limits: Limits = field(default_factory=Limits)
+    making: Limits = MAKING
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,53 +65,31 @@ def do(work: Work) -> Done:
 
     A pair that cannot be made, or not be kept, is an error row of every contender: it stays in the denominator.
     """
-    rows: list[Row] = []
-    package = None if work.first is None else Package(source_id=work.source.source_id)
-    tried = attempt(functools.partial(_make, work, rows, package))
-    why = tried.reason or "its source ended without it"
-    lost: Attempt[Any] = Attempt(failure=tried.failure or "error", reason=why, log=tried.log)
+    made = make_within(work.terms.making, work.source, work.first)
+    rows = [row for pair in made.pairs for row in _answers(work, pair)]
     told = {row["task_id"] for row in rows}
-    rows += [row for row in failed(work, lost).rows if row["task_id"] not in told]
-    if package is not None:
-        made = {row["pair_id"] for row in package.rows}
-        package.failed.update({pair_id: why for pair_id in work.source.pair_ids if pair_id not in made})
-    return Done(rows=rows, package=package)
+    for task, task_id in work.tasks.items():
+        if task_id not in told:
+            why: Attempt[Any] = Attempt(failure=made.failure, reason=made.package.failed.get(task[0], ""), log=made.log)
+            rows.append(_failed_row(work, task, why))
+    return Done(rows=rows, package=None if work.first is None else made.package)
 
 
 def failed(work: Work, failure: Attempt[Any]) -> Done:
     """Return what there is of a work none of whose pairs could be made: rows, as of pairs that had to be merged."""
-    package = None
-    if work.first is not None:
-        lost = dict.fromkeys(work.source.pair_ids, failure.reason)
-        package = Package(source_id=work.source.source_id, failed=lost)
+    package = None if work.first is None else lost(work.source, failure).package
     return Done(rows=[_failed_row(work, task, failure) for task in work.tasks], package=package)
 
 
-def _make(work: Work, rows: list[Row], package: Package | None) -> None:
-    source, log = work.source, None
-    if package is None or work.first is None:
-        for _ in _answering(work, source.pairs(), rows):
-            pass  # nobody keeps it
-        return
-    if isinstance(source, Explorer):
-        log = source.mission()
-    pairs = source.pairs() if log is None or not isinstance(source, Explorer) else source.pairs_of(log)
-    pack_pairs(source, _answering(work, pairs, rows), work.first, package, log)
-
-
-def _answering(work: Work, pairs: Iterable[MapPair], rows: list[Row]) -> Iterator[MapPair]:
-    """Hand every pair on to be kept, and put to it the contenders that have not answered it yet."""
-    for pair in pairs:
-        yield pair
-        for one in work.terms.contenders:
-            task = (pair.pair_id, one.label)
-            if task in work.tasks:
-                given = answer_within(pair, one, seed=work.terms.seed, limits=work.terms.limits)
-                scored = attempt(functools.partial(row_of, pair, one, given))
-                row = scored.value or _failed_row(work, task, scored)
-                rows.append({**row, "task_id": work.tasks[task]})
-        if work.first is None and len(rows) == len(work.tasks):
-            return
+def _answers(work: Work, pair: MapPair) -> Iterator[Row]:
+    """Put to a pair the contenders that have not answered it yet."""
+    for one in work.terms.contenders:
+        task = (pair.pair_id, one.label)
+        if task in work.tasks:
+            given = answer_within(pair, one, seed=work.terms.seed, limits=work.terms.limits)
+            scored = attempt(functools.partial(row_of, pair, one, given))
+            row = scored.value or _failed_row(work, task, scored)
+            yield {**row, "task_id": work.tasks[task]}
 
 
 def _failed_row(work: Work, task: Task, failure: Attempt[Any]) -> Row:

@@ -14,7 +14,7 @@ import numpy as np
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
-from scenarios.pairs import MapPair
+from scenarios.pairs import Explored, MapPair
 from scenarios.placement import PlacedMap
 
 TRUTH = Similarity(1.0, 0.0, 4.0, 2.0)
@@ -69,6 +69,18 @@ class Source:
         if self.fails:
             raise RuntimeError("the robot fell over")
         yield pair(self.pair_ids[1], related=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lost(Source):
+    """A mission that hangs, or takes its process along."""
+
+    how: str = "hang"
+
+    def explored(self) -> Explored:
+        if self.how == "hang":
+            time.sleep(30)
+        os._exit(7)
 
 
 @dataclass(frozen=True, kw_only=True)

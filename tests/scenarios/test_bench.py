@@ -5,15 +5,12 @@ from dataclasses import dataclass
 import pytest
 
 from rectmerge.errors import InputError
-from rectmerge.grid import OccupancyGrid
 from rectmerge.methods import align
 from scenarios.bench import read_rows, run
 from scenarios.dataset import open_dataset
 from scenarios.limits import Limits
 from scenarios.rows import Contender, answer, row_of
-from scenarios.tasks import task_ids
-from scenarios.work import Terms, Work, do
-from tests.scenarios.made import Failing, Fixed, Source, grid, pair
+from tests.scenarios.made import Failing, Fixed, Source, pair
 
 CONTRACT = {
     *("task_id", "pair_id", "suite", "place", "method", "outcome", "verdict", "confidence", "candidates", "errors"),
@@ -93,47 +90,6 @@ def test_an_error_keeps_its_reason_and_its_traceback():
     assert scored["verdict"] is None
 
 
-def rows_from(source, contenders, **terms):
-    tasks = task_ids(source, contenders, seed=0)
-    return do(Work(source=source, tasks=tasks, terms=Terms(suite="made", contenders=contenders, **terms))).rows
-
-
-def test_a_pair_that_cannot_be_made_is_an_error_of_every_contender():
-    rows = rows_from(Source(fails=True), [contender(), contender(label="two")])
-
-    assert outcomes(rows) == [
-        ("m0-related", "one", "right-accepted"),
-        ("m0-related", "two", "right-accepted"),
-        ("m0-unrelated", "one", "error"),
-        ("m0-unrelated", "two", "error"),
-    ]
-    assert "the robot fell over" in rows[-1]["reason"]
-    assert rows[0].keys() == rows[-1].keys()
-
-
-def test_a_pair_that_cannot_be_scored_is_an_error():
-    class Unknown(Source):
-        def pairs(self):
-            yield pair("m0-related", a=OccupancyGrid(0 * grid().occupancy - 1))
-
-    rows = rows_from(Unknown(), [contender()])
-
-    assert [row["outcome"] for row in rows] == ["error", "error"]
-    assert "no known cell" in rows[0]["reason"]
-    assert "ended without it" in rows[1]["reason"]
-
-
-def test_only_the_tasks_that_are_asked_for_are_done():
-    contenders = [contender(), contender(label="two")]
-    terms = Terms(suite="made", contenders=contenders)
-
-    rows = do(Work(source=Source(), tasks={("m0-unrelated", "two"): "5"}, terms=terms)).rows
-
-    assert [(row["task_id"], *key) for row, key in zip(rows, outcomes(rows), strict=True)] == [
-        ("5", "m0-unrelated", "two", "wrong-accepted")
-    ]
-
-
 def test_pairs_are_kept_in_a_data_set_beside_the_rows(tmp_path):
     sources = [Source(), Source(source_id="m1", fails=True)]
     run(sources, [contender()], tmp_path, suite="made", dataset={"title": "Made", "description": "for tests"})
@@ -165,26 +121,6 @@ def test_kept_pairs_are_whole_after_an_interruption(tmp_path):
     )
     assert whole == cut
     assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("method", "outcome", "reason"),
-    [
-        (Failing(how="hang"), "timeout", "no answer within 0.3 s"),
-        (Failing(how="killed"), "out-of-memory", "was killed, most likely for want of memory, 3 times"),
-        (Failing(how="exit"), "error", "died with status 7, 3 times"),
-        (Failing(how="greedy"), "out-of-memory", "took more than 1000 MB"),
-    ],
-)
-def test_a_method_that_takes_its_process_along_costs_its_own_rows(method, outcome, reason):
-    contenders = [contender(method), contender(label="two")]
-
-    limits = Limits(timeout_s=0.3 if outcome == "timeout" else 30, memory_mb=1000)
-    rows = rows_from(Source(), contenders, limits=limits)
-
-    assert [row["outcome"] for row in rows] == [outcome, "right-accepted", outcome, "wrong-accepted"]
-    assert reason in rows[0]["reason"]
 
 
 def test_a_run_writes_its_folder(tmp_path):

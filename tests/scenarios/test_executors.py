@@ -179,15 +179,6 @@ def test_without_distributed_the_extra_is_named(monkeypatch):
         pass
 
 
-@pytest.fixture
-def dask_cluster():
-    distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
-    ) as opened:
-        yield opened
-
-
 @pytest.mark.slow
 def test_a_cluster_whose_worker_is_killed_gives_the_rows_of_an_undisturbed_run(tmp_path, dask_cluster):
     sources = [Slow(source_id=f"m{number}", started=tmp_path / "started", go_on=tmp_path / "go") for number in range(8)]

@@ -313,14 +313,8 @@ def test_the_building_is_kept_once_per_mission_with_the_truth_of_its_maps(tmp_pa
 
 
 @pytest.mark.slow
-def test_a_dask_cluster_makes_the_same_bytes(tmp_path, made):
-    distributed = pytest.importorskip("distributed")
-    with (
-        distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
-        ) as opened,
-        workplace(1, opened.scheduler_address) as (executor, in_flight),
-    ):
+def test_a_dask_cluster_makes_the_same_bytes(tmp_path, made, dask_cluster):
+    with workplace(1, dask_cluster.scheduler_address) as (executor, in_flight):
         generate(SUITE, tmp_path / "again", executor=executor, in_flight=in_flight)
 
     assert contents(tmp_path / "again") == contents(made)

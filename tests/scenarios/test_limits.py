@@ -47,6 +47,20 @@ def test_a_call_is_made_elsewhere_and_its_child_is_kept():
     assert os.getpid() not in pids
 
 
+def test_what_makes_pairs_does_not_answer():
+    answers, makes = (call_within(Limits(), os.getpid, does=does).value for does in ("answers", "makes pairs"))
+
+    assert answers != makes
+
+
+def test_children_do_not_give_every_array_back_to_the_system(monkeypatch):
+    stop_children()
+    monkeypatch.setenv("MALLOC_TRIM_THRESHOLD_", "65536")  # as dask has it
+
+    assert call_within(Limits(), functools.partial(os.getenv, "MALLOC_TRIM_THRESHOLD_")).value is None
+    assert call_within(Limits(), functools.partial(os.getenv, "PATH")).value == os.environ["PATH"]
+
+
 def test_a_failure_comes_back_with_its_traceback():
     got = call_within(Limits(), functools.partial(int, "seven"))
 

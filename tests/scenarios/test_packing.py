@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from rectmerge.grid import OCCUPIED, UNKNOWN, OccupancyGrid
-from scenarios.packing import pack_source
-from scenarios.pairs import make_pair
+from scenarios.packing import make
+from scenarios.pairs import Explored, make_pair
 from scenarios.placement import MapSpec
 from tests.scenarios.madeset import Rooms
 from tests.sim.made import office_log
@@ -25,18 +25,17 @@ class Changed:
         yield replace(pair, **{"pair_id": "changed", **self.changes})
 
 
-class Explored:
+class Mission:
     """Two pairs of one mission, which took a second try."""
 
     source_id = "office"
     pair_ids = ("office-0", "office-1")
 
-    def mission(self):
-        return replace(office_log(), discarded=("they fell",))
-
-    def pairs_of(self, log):
-        for pair_id in self.pair_ids:
-            yield make_pair(log, MapSpec(), MapSpec(resolution=0.06, turn_deg=30.0), 1, pair_id=pair_id)
+    def explored(self):
+        log = replace(office_log(), discarded=("they fell",))
+        specs = MapSpec(), MapSpec(resolution=0.06, turn_deg=30.0)
+        pairs = (make_pair(log, *specs, 1, pair_id=pair_id) for pair_id in self.pair_ids)
+        return Explored(log=log, pairs=tuple(pairs), failed={})
 
     def pairs(self):
         raise AssertionError("the mission would be run twice")
@@ -52,14 +51,14 @@ UNFIT = {
 
 @pytest.mark.parametrize(("changes", "reason"), UNFIT.values(), ids=UNFIT)
 def test_a_pair_that_would_not_be_read_as_it_is_fails_with_the_reason(changes, reason):
-    package = pack_source(Changed(changes), 0)
+    package = make(Changed(changes), 0).package
 
     assert (package.rows, package.files) == ([], {})
     assert reason in package.failed["changed"]
 
 
 def test_a_mission_is_run_once_and_its_building_kept_once():
-    package = pack_source(Explored(), 7)
+    package = make(Mission(), 7).package
 
     assert [row["map_b_file_name"] for row in package.rows] == ["maps/000007_b.png", "maps/000008_b.png"]
     assert len({row["world"] for row in package.rows}) == 1
@@ -68,7 +67,7 @@ def test_a_mission_is_run_once_and_its_building_kept_once():
 
 
 def test_only_the_wanted_pairs_are_made():
-    package = pack_source(Rooms(seed=1, fails=True), 0, 1)
+    package = make(Rooms(seed=1, fails=True), 0, 1).package
 
     assert [row["pair_id"] for row in package.rows] == ["rooms-0001-same"]
     assert package.failed == {}

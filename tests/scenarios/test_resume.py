@@ -96,6 +96,71 @@ def is_sleeper(pid):
 
 
 @pytest.mark.slow
+def test_ctrl_c_leaves_a_cluster_within_two_seconds_and_says_how_to_go_on(tmp_path, pairs, dask_cluster):
+    command = f"{sys.executable} -c '{SLEEPER}' {{a}} {{b}}"
+    words = ("run", pairs, "--method-command", command, "-o", tmp_path / "run", "--cluster")
+    with (tmp_path / "said").open("wb") as said:
+        process = start(*words, dask_cluster.scheduler_address, stderr=said)
+    wait_for(lambda: any(map(is_sleeper, descendants(os.getpid()))))
+
+    started = time.monotonic()
+    os.killpg(process.pid, signal.SIGINT)
+    status = process.wait(10)
+
+    assert time.monotonic() - started < 2
+    assert status == 130
+    assert (tmp_path / "said").read_text().splitlines() == [
+        f"rectbench: {tmp_path / 'run'} keeps what is done; the same command goes on from there",
+        "rectbench: interrupted",
+    ]
+
+
+SUITE = """
+title = "Four small offices"
+
+[[scenarios]]
+name = "office"
+seeds = { count = 4 }
+noise = [0, 1]
+world = { size_m = [14.0, 10.0], rooms = 6, oblique = 0.0, furniture = 0.0 }
+mission = { rays = "compiled", max_seconds = 20, a = { lidar = { beams = 180 } }, b = { lidar = { beams = 180 } } }
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.sim
+def test_killed_at_random_moments_a_run_of_a_suite_keeps_the_data_set_and_rows_of_an_undisturbed_one(tmp_path):
+    def words(out):
+        return "run", tmp_path / "offices.toml", "-m", "paper", "-o", out, "--workers", 2, "-q"
+
+    (tmp_path / "offices.toml").write_text(SUITE)
+    assert start(*words(tmp_path / "whole")).wait() == 0
+    draw, kills, kept = random.Random(5), 0, tmp_path / "cut/dataset"
+    for is_keeping in (True, False, True, True, False, True):
+        process, before = start(*words(tmp_path / "cut")), names_in(kept)
+        wait_for(lambda: process.poll() is not None or not is_keeping or names_in(kept) - before, 60)  # noqa: B023
+        time.sleep(draw.uniform(0.0, 0.02 if is_keeping else 6.0))
+        below = descendants(process.pid)
+        process.kill()
+        if process.wait() == 0:
+            break
+        kills += 1
+        assert ended(below)
+
+    assert kills >= 3
+    assert start(*words(tmp_path / "cut")).wait() == 0
+    assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
+    assert names_in(kept) == names_in(tmp_path / "whole/dataset")
+    assert all(
+        (kept / name).read_bytes() == (tmp_path / "whole/dataset" / name).read_bytes() for name in names_in(kept)
+    )
+
+
+def names_in(folder):
+    return {str(path.relative_to(folder)) for path in folder.rglob("*.*")}
+
+
+@pytest.mark.slow
 def test_a_second_run_into_a_folder_is_refused_while_the_first_lives(tmp_path, pairs):
     words = ("run", pairs, "-m", "paper", "-o", tmp_path / "run")
     first = start(*words)

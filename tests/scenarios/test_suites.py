@@ -2,9 +2,12 @@
 
 import time
 from collections import Counter
+from dataclasses import replace
+from itertools import product
 
 import pytest
 
+from scenarios.missionsource import BUILDINGS
 from scenarios.scenario import load_suite, suite_names
 from scenarios.scenariospec import UNRELATED
 from sim.floorplans import FAMILIES
@@ -26,8 +29,9 @@ def test_ids_are_unique_and_splits_share_no_building(name):
     sources = load_suite(name).sources()
     splits = {}
     for source in sources:
-        for purpose in ("world", *(f"other world {k}" for k in range(40))):
-            splits.setdefault(source._seed(purpose), set()).add(source.scenario.split)
+        for building, purpose in product(range(BUILDINGS), ("world", *(f"other world {k}" for k in range(40)))):
+            seed = replace(source, building=building)._seed(purpose)
+            splits.setdefault(seed, set()).add(source.scenario.split)
 
     ids = [pair_id for source in sources for pair_id in source.pair_ids]
     assert len(set(ids)) == len(ids)
