@@ -23,7 +23,7 @@ from scenarios.pairs import PairSource
 from scenarios.resume import MACHINE, RECORD, RESULTS, SUMMARY, Results, results_in, rows_in
 from scenarios.rows import Contender, Row
 from scenarios.score import Outcome
-from scenarios.summary import summarise
+from scenarios.summary import APART, summarise
 from scenarios.tasks import run_id, task_ids
 from scenarios.work import Done, Terms, Work, do, failed
 
@@ -163,7 +163,7 @@ def _as_they_come(executor: Executor | None, works: Iterator[Work], in_flight: i
 def _summary(suite: str, contenders: Sequence[Contender], path: Path) -> dict[str, Any]:
     strata_of = summarise(rows_in(path))
     methods = {one.label: strata_of[one.label] for one in contenders}
-    rows = sum(part["n"] for strata in methods.values() for name, part in strata.items() if name != "bent")
+    rows = sum(part["n"] for strata in methods.values() for name, part in strata.items() if name not in APART)
     return {"schema": "rectmerge.summary/1", "suite": suite, "rows": rows, "methods": methods}
 
 

@@ -12,7 +12,7 @@ import typer
 from rectmerge import console
 from rectmerge.console import Debug, Quiet, Version
 from rectmerge.errors import InputError
-from scenarios import datasetcommands
+from scenarios import datasetcommands, trustcommands
 from scenarios.terminal import progress, summary_table, table, told_of_earlier_rows, told_of_rows
 
 app = typer.Typer(
@@ -101,6 +101,8 @@ def run(
 
 app.command()(datasetcommands.generate)
 app.command()(datasetcommands.verify)
+app.command()(trustcommands.calibrate)
+app.command()(trustcommands.trust)
 
 
 @app.command()

@@ -14,13 +14,18 @@ from rectmerge.errors import InputError
 from scenarios.resume import RESULTS, SUMMARY, rows_in
 from scenarios.score import Outcome
 from scenarios.statistics import clustered_difference
-from scenarios.summary import STRATA
+from scenarios.summary import STRATA, strata_of
 
 RATE_TOLERANCE = 0.02  # of the pairs
 ERROR_TOLERANCE = 0.10  # of the baseline's median error,
 ERROR_TOLERANCE_PX = 0.05  # and this many cells
-RATES: tuple[tuple[str, tuple[Outcome, ...], int], ...] = (  # what is counted, its outcomes, which way is better
-    ("right, accepted", ("right-accepted",), +1),
+Rate = tuple[str, tuple[Outcome, ...], int]  # what is counted, its outcomes, which way is better
+RIGHT_ANSWER: dict[str, tuple[Rate, ...]] = {  # by stratum, where it is not to accept the right placement
+    "unidentifiable": (("ambiguous, with the truth", ("ambiguous-with-truth",), +1),),
+    "unrelated": (),
+}
+ACCEPTED: tuple[Rate, ...] = (("right, accepted", ("right-accepted",), +1),)
+RATES: tuple[Rate, ...] = (
     ("wrong, accepted", ("wrong-accepted",), -1),
     ("failed", ("error", "timeout", "out-of-memory"), -1),
 )
@@ -128,15 +133,14 @@ def _kept(path: Path) -> dict[tuple[str, str], Kept]:
 
 
 def _of(row: Mapping[str, Any]) -> Kept:
-    strata = (row["stratum"], *(["bent"] if row["bent"] else []))
-    return Kept(row["place"], strata, row["outcome"], float(row["errors"]["e_px"]) if row["errors"] else math.inf)
+    return Kept(
+        row["place"], strata_of(row), row["outcome"], float(row["errors"]["e_px"]) if row["errors"] else math.inf
+    )
 
 
 def _lines(method: str, stratum: str, now: Sequence[Kept], before: Sequence[Kept]) -> Iterator[Line]:
     places, n = [row.place for row in before], len(before)
-    for what, outcomes, better in RATES:
-        if stratum == "unrelated" and better > 0:
-            continue  # no answer to these is right
+    for what, outcomes, better in (*RIGHT_ANSWER.get(stratum, ACCEPTED), *RATES):
         hits = [[float(row.outcome in outcomes) for row in rows] for rows in (now, before)]
         mean, low, high = clustered_difference(hits[0], hits[1], places)
         shown = [f"{sum(values):.0f} ({100 * sum(values) / n:.1f} %)" for values in hits]
@@ -176,5 +180,5 @@ def _legend() -> str:
         "Differences are in percent of the pairs, with the 95 % interval by bootstrap over places on the same pairs; "
         "of errors, the mean ratio where both are right. Worse: a rate by more than "
         f"{100 * RATE_TOLERANCE:g} % of the pairs, a median error by more than {100 * ERROR_TOLERANCE:g} % and "
-        f"{ERROR_TOLERANCE_PX:g} cells. Bent pairs are in the other strata too."
+        f"{ERROR_TOLERANCE_PX:g} cells. Bent, identifiable and unidentifiable pairs are in the other strata too."
     )

@@ -82,6 +82,7 @@ checksums and truth.
 | `b_to_a` | the same similarity between the map frames (y up), in metres or, without a resolution, in cells |
 | `overlap` | shared free area over the smaller of the two free areas |
 | `resolution_a`, `resolution_b` | metres per cell; hidden from methods where there is no YAML |
+| `identifiable_margin`, `identifiable` | by how much the truth beats all other placements on exact maps; >= 0.25 |
 | `world` | the building at 5 cm per cell, a ROS map |
 | `noise`, `pose_source`, `bent`, ... | how the maps were made; empty where there is nothing to tell |
 """

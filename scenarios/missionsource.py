@@ -6,10 +6,12 @@ import functools
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from rectmerge.errors import SimulationError
+from scenarios.identifiability import LEAST_MARGIN, identifiable_margin
 from scenarios.pairs import Explored, MapPair, make_pair, make_unrelated_pair
 from scenarios.scenariospec import UNRELATED, Scenario, Variant
 from scenarios.unrelated import unrelated_log
@@ -94,7 +96,7 @@ class MissionSource:
         failed: dict[str, str] = {}
         for variant, noise in self._ways():
             try:
-                pairs.append(self._told(self._pair(log, variant, noise), variant))
+                pairs.append(self._told(*self._pair(log, variant, noise), variant))
             except SimulationError as error:
                 failed[self._pair_id(variant, noise)] = str(error)
         return Explored(log=log, pairs=tuple(pairs), failed=failed)
@@ -121,39 +123,42 @@ class MissionSource:
     def _pair_id(self, variant: Variant | None, noise: int) -> str:
         return "-".join((self.source_id, *([variant.name] if variant else []), f"n{noise}"))
 
-    def _pair(self, log: MissionLog, variant: Variant | None, noise: int) -> MapPair:
-        """Make one pair, cut to its own overlap where it wants one."""
+    def _pair(self, log: MissionLog, variant: Variant | None, noise: int) -> tuple[MissionLog, MapPair]:
+        """Make one pair, cut to its own overlap where it wants one; the log is cut as the pair is."""
         wanted = self.scenario.mission.overlap
         if variant is not None and variant.overlap is not None:
             wanted = variant.overlap
         if self.scenario.kind in UNRELATED or wanted is None:
-            return self._as_it_should_be(self._made(log, variant, noise))
+            return log, self._as_it_should_be(self._made(log, variant, noise))
         if wanted != self.scenario.mission.overlap:
             log = cut_to_overlap(log.whole or log, wanted)
         pair = self._made(log, variant, noise)
-        return (
-            self._as_it_should_be(pair) if log.whole is None else self._recut(log.whole, wanted, pair, variant, noise)
-        )
+        if log.whole is None:
+            return log, self._as_it_should_be(pair)
+        return self._recut(log, wanted, pair, variant, noise)
 
     def _as_it_should_be(self, pair: MapPair) -> MapPair:
         if self.scenario.kind not in UNRELATED and not pair.related:
             raise SimulationError("the maps show too few surfaces in common for a truth, wanted was a related pair")
         return pair
 
-    def _recut(self, whole: MissionLog, wanted: float, pair: MapPair, variant: Variant | None, noise: int) -> MapPair:
-        aim = wanted
+    def _recut(
+        self, log: MissionLog, wanted: float, pair: MapPair, variant: Variant | None, noise: int
+    ) -> tuple[MissionLog, MapPair]:
+        aim, whole = wanted, log.whole or log
         for _ in range(CUTS):
             if _is_met(pair, wanted):
-                return pair
+                return log, pair
             aim = min(1.0, max(0.1, aim + wanted - (pair.overlap or 0.0)))
             try:
-                pair = self._made(cut_to_overlap(whole, aim), variant, noise)
+                log = cut_to_overlap(whole, aim)
+                pair = self._made(log, variant, noise)
             except SimulationError:  # the logs hold no such cut
                 break
         shown = "too little in common" if pair.overlap is None else f"an overlap of {pair.overlap:.2f}"
         if not _is_met(pair, wanted):
             raise SimulationError(f"the finished maps have {shown}, wanted was {wanted:.2f}")
-        return pair
+        return log, pair
 
     def _made(self, log: MissionLog, variant: Variant | None, noise: int) -> MapPair:
         specs = (self.scenario.a, self.scenario.b) if variant is None else (variant.a, variant.b)
@@ -170,11 +175,14 @@ class MissionSource:
             place=f"{self.suite}/{self.source_id}",
         )
 
-    def _told(self, pair: MapPair, variant: Variant | None) -> MapPair:
-        """Say in a pair's info what it is of."""
+    def _told(self, log: MissionLog, pair: MapPair, variant: Variant | None) -> MapPair:
+        """Say in a pair's info what it is of, and whether its truth can be told from other placements."""
         said: list[str] = [self.scenario.kind] if self.scenario.kind in UNRELATED else []
         said += [variant.name] if variant else []
-        more = {"variant": "-".join(said)} if said else {}
+        more: dict[str, Any] = {"variant": "-".join(said)} if said else {}
+        if pair.related:
+            margin = identifiable_margin(log, pair)
+            more |= {"identifiable_margin": margin, "identifiable": margin >= LEAST_MARGIN}
         return replace(pair, info={**pair.info, "split": self.scenario.split, **more})
 
     def _seed(self, purpose: str) -> int:

@@ -21,7 +21,7 @@ from scenarios.attempts import Attempt, attempt, peak_memory_mb, reset_peak_memo
 from scenarios.commandmethod import MATRIX, PROGRAM_PEAK_MB, Program
 from scenarios.limits import Limits, call_within
 from scenarios.pairs import MapPair
-from scenarios.score import CANDIDATES_HEARD, grade, measure_errors, outcome_of, stratum_of
+from scenarios.score import grade, measure_errors, outcome_of, stratum_of
 from scenarios.truth import is_bent, known_extent
 
 Row = dict[str, Any]
@@ -138,7 +138,7 @@ def row_of(pair: MapPair, contender: Contender, given: Answer) -> Row:
     residual = pair.residual_px / extent if extent and pair.residual_px is not None else None
     stratum = stratum_of(pair.related, pair.overlap)
     candidates = _placements(found) if found is not None else []
-    errors = [measure_errors(pixels, pair) for pixels in candidates[:CANDIDATES_HEARD]] if extent else []
+    errors = [measure_errors(pixels, pair) for pixels in candidates] if extent else []
     grades = [grade(e, residual or 0.0) for e in errors]
     row.update(
         related=pair.related,
@@ -161,6 +161,7 @@ def row_of(pair: MapPair, contender: Contender, given: Answer) -> Row:
             reason=found.reason,
             confidence=found.confidence,
             candidates=[pixels.tolist() for pixels in candidates],
+            evidence=[dict(candidate.evidence) for candidate in found.candidates],
             errors=errors[0].as_dict() if errors else None,
             grades=grades,
             trace=dict(found.trace),
@@ -179,7 +180,7 @@ def blank_row(pair_id: str, suite: str, place: str, label: str) -> Row:
     """Lay out a row of which nothing is known yet."""
     row: Row = {"task_id": None, "pair_id": pair_id, "suite": suite, "place": place}
     keys = ("related", "stratum", "bent", "overlap", "residual_px", "extent_px", "outcome", "verdict", "confidence")
-    late = ("candidates", "grades", "errors", "seconds", "peak_mb", "reason", "log", "info", "trace")
+    late = ("candidates", "evidence", "grades", "errors", "seconds", "peak_mb", "reason", "log", "info", "trace")
     return {**row, "method": label, **dict.fromkeys((*keys, *late))}
 
 

@@ -13,7 +13,8 @@ import numpy as np
 from scenarios.score import RIGHT
 from scenarios.statistics import rate_of_places
 
-STRATA = ("required", "optional", "unrelated", "bent")
+STRATA = ("required", "identifiable", "unidentifiable", "optional", "unrelated", "bent")
+APART = ("identifiable", "unidentifiable", "bent")  # whose rows are in the other strata as well
 
 
 def summarise(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
@@ -27,18 +28,30 @@ def summarise(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
     Returns
     -------
     dict
-        By method, then by stratum: "required", "optional", "unrelated", and "bent" apart, whose rows are in the others
-        as well. Strata without rows are left out. The same whatever the order of the rows, methods by name.
+        By method, then by stratum, as `strata_of` has them. Strata without rows are left out. The same whatever the
+        order of the rows, methods by name.
     """
     tallies: dict[tuple[str, str], _Tally] = {}
     for row in rows:
-        for stratum in (row["stratum"], *(["bent"] if row["bent"] else [])):
+        for stratum in strata_of(row):
             tallies.setdefault((row["method"], stratum), _Tally()).add(row)
     methods = sorted({method for method, _ in tallies})
     return {
         method: {name: tallies[method, name].summary() for name in STRATA if (method, name) in tallies}
         for method in methods
     }
+
+
+def strata_of(row: Mapping[str, Any]) -> tuple[str, ...]:
+    """Name the strata of a row: "required", "optional" or "unrelated", and which of those apart it is in.
+
+    Required pairs whose building is known are "identifiable" or not; if not, "ambiguous" is the right answer.
+    """
+    apart = ["bent"] if row["bent"] else []
+    can_be_told = (row.get("info") or {}).get("identifiable")
+    if row["stratum"] == "required" and isinstance(can_be_told, bool):
+        apart.append("identifiable" if can_be_told else "unidentifiable")
+    return (row["stratum"], *apart)
 
 
 class _Tally:

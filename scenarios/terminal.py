@@ -26,7 +26,9 @@ right: accepted and right, k (rate, 95 % interval by place). wrong: accepted
 though wrong; of unrelated pairs, false merges. unsure: ambiguous, with / without
 the truth among the first five. no: rejected. fail: error, timeout, out of memory.
 e: median error in cells of A over all n, a row without candidate counting as
-worst; e right: of those right. bent pairs are in the other strata too."""
+worst; e right: of those right. bent pairs are in the other strata too, and so are
+identifiable ones, whose truth no other placement comes near in the exact building,
+and unidentifiable ones, on which ambiguous is the right answer."""
 
 
 @contextmanager

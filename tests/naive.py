@@ -145,6 +145,19 @@ def move(placement: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray
     return np.array([[a * x - b * y + tx, b * x + a * y + ty] for x, y in points.tolist()]).reshape(-1, 2)
 
 
+def tally(placements, quarters, points, faces, codes):
+    """Count the codes that each placement's faces meet, face by face, shape (N, 256)."""
+    ways, height, width = codes.shape
+    counts = np.zeros((len(placements), 256), int)
+    for i, placement in enumerate(placements):
+        for (x, y), faced in zip(move(placement, points), faces, strict=True):
+            u, v = int(np.floor(x + 0.5)), int(np.floor(y + 0.5))
+            for k in np.flatnonzero(faced):
+                if 0 <= u < width and 0 <= v < height:
+                    counts[i, codes[(k + quarters[i]) % ways, v, u]] += 1
+    return counts
+
+
 def distinct(placements: NDArray[np.float64], landmarks: NDArray[np.float64], apart: float, keep: int) -> list[int]:
     """Keep the first placements that put some landmark far from where every kept one puts it."""
     kept: list[int] = []

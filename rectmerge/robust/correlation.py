@@ -1,4 +1,4 @@
-"""Every shift at once: the walls of two maps correlated, side by side, for a turn and its quarter turns, scale by scale.
+"""Every shift at once: the walls of two maps correlated by the side they face, turn by turn and scale by scale.
 
 Where two maps share no whole room, no rectangle of one is one of the other; and a rival that explains the walls as well
 as the best placement must not be missed because nothing proposed it. Both are found by trying every shift.
@@ -75,7 +75,7 @@ class _Raster:
 def scales_within(bounds: tuple[float, float]) -> NDArray[np.float64]:
     """Return evenly spaced log scales between bounds, as scales."""
     low, high = math.log(bounds[0]), math.log(bounds[1])
-    return np.exp(np.linspace(low, high, max(1, math.ceil((high - low) / SCALE_STEP)) + 1))
+    return np.exp(np.linspace(low, high, math.ceil((high - low) / SCALE_STEP) + 1))
 
 
 def correlate(a: Sides, b: Sides, scales: Iterable[float], *, most: int) -> tuple[NDArray[np.float64], Image]:

@@ -14,6 +14,7 @@ from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.overlap import Agreement, Comparison
 from rectmerge.quality import measure_quality
+from rectmerge.robust import reasons
 from rectmerge.robust.cells import MapCells, trinary
 from rectmerge.robust.features import (
     QUARTER_TURN_DEG,
@@ -100,9 +101,16 @@ class Robust:
         is_mirrored = False
         if answers[0][2].probability < SURE_AT:
             answers, is_mirrored = self._beside_mirror_image(answers, fixed, moving, bounds, rng)
-        verdict, reason = judge(answers[0][2])
-        if verdict != "accepted" and is_mirrored:
+        verdict, best = judge(answers[0][2]), answers[0][2]
+        if verdict == "accepted":
+            reason = reasons.accepted(best)
+        elif is_mirrored:
             verdict, reason = "rejected", "the maps fit when one is mirrored: is one image flipped?"
+        elif verdict == "ambiguous":
+            reason = reasons.ambiguous(best)
+        else:
+            free_cells = {name: int(np.count_nonzero(map_.walled.free)) for name, map_ in zip("ab", maps, strict=True)}
+            reason = reasons.rejected(best, quality, free_cells)
         candidates = tuple(
             _candidate(fit.inverse() if swapped else fit, agreement, evidence, a, b)
             for fit, agreement, evidence in answers

@@ -1,6 +1,7 @@
 """The plausibility of a placement from what speaks for it: two logistic models, one for rigid maps, one for bent ones.
 
-The numbers are what `rectbench calibrate` fits to the split train of the suite `trust`.
+`RIGID` is what `rectbench calibrate` fits to simulated pairs, the split train of the suite `trust`. `BENT` is older: it
+was fitted to hand-held maps of a few real places, and weighs less where rigid maps explain the pair.
 """
 
 from __future__ import annotations
@@ -10,18 +11,51 @@ from numpy.typing import NDArray
 
 from rectmerge.robust.weighing import Weights
 
-TERMS = (
-    *("one", "met", "near", "far", "log_judged", "things_met", "things_far", "log_things"),
-    *("missing", "log_overlap", "root_iou", "support"),
+RIGID_TERMS = (
+    "one",
+    "met",
+    "near",
+    "far",
+    "log_met",
+    "things_met",
+    "things_off",
+    "log_things_met",
+    "missing",
+    "log_overlap",
+    "root_iou",
 )
-RIGID = np.array([-6.0, 12.0, 0.0, -15.0, 0.0, 3.0, 0.0, 0.0, -15.0, 2.8, 5.0, 0.0])
-BENT = np.array([-6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -15.3, 0.0, 11.3, 10.0])
-DECOY = 1.0  # weight of the mirror image's best placement among the rivals
-LEAST_OVERLAP, FEWEST_JUDGED, LARGEST_SUPPORT = 0.03, 20.0, 1.5
+RIGID = np.array([-5.76, 0.37, 5.5, 0.0, 0.0, 3.57, -12.12, 1.02, -40.91, 2.29, 0.0])
+BENT_TERMS = ("one", "root_iou", "support", "missing", "much_missing")
+BENT = np.array([-8.0, 11.3, 10.0, -15.0, -80.0])
+LEAST_OVERLAP, FEWEST_MET, LARGEST_SUPPORT, MUCH_MISSING = 0.03, 20.0, 1.5, 0.1
 
 
-def terms(weights: Weights, support: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Lay out what both models weigh, shape (N, len(TERMS)).
+def rigid_terms(weights: Weights) -> NDArray[np.float64]:
+    """Lay out what is weighed of N placements as rigid maps, shape (N, len(RIGID_TERMS))."""
+    columns = (
+        np.ones_like(weights.met),
+        weights.met,
+        weights.near,
+        weights.far,
+        np.log(weights.judged * weights.met + FEWEST_MET),
+        weights.things_met,
+        1.0 - weights.things_met - weights.things_far,
+        np.log(weights.things * weights.things_met + FEWEST_MET),
+        weights.missing,
+        np.log(weights.overlap + LEAST_OVERLAP),
+        np.sqrt(weights.iou),
+    )
+    return np.stack(columns, axis=1)
+
+
+def rigid_odds(weights: Weights) -> NDArray[np.float64]:
+    """Log-odds that each of N placements is right, were there no other, if the maps are rigid, shape (N,)."""
+    odds: NDArray[np.float64] = rigid_terms(weights) @ RIGID
+    return odds
+
+
+def bent_odds(weights: Weights, support: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same if the maps are bent.
 
     Parameters
     ----------
@@ -32,23 +66,20 @@ def terms(weights: Weights, support: NDArray[np.float64]) -> NDArray[np.float64]
     """
     columns = (
         np.ones_like(support),
-        weights.met,
-        weights.near,
-        weights.far,
-        np.log(weights.judged + FEWEST_JUDGED),
-        weights.things_met,
-        weights.things_far,
-        np.log(weights.things + FEWEST_JUDGED),
-        weights.missing,
-        np.log(weights.overlap + LEAST_OVERLAP),
         np.sqrt(weights.iou),
         np.sqrt(np.clip(support, 0.0, LARGEST_SUPPORT)),
+        weights.missing,
+        np.maximum(0.0, weights.missing - MUCH_MISSING),
     )
-    return np.stack(columns, axis=1)
+    odds: NDArray[np.float64] = np.stack(columns, axis=1) @ BENT
+    return odds
 
 
-def plausibility(weights: Weights, support: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Log-odds that placements are right, each were there no other, as rigid maps or as bent ones, shape (N,)."""
-    table = terms(weights, support)
-    both: NDArray[np.float64] = np.logaddexp(table @ RIGID, table @ BENT)
-    return both
+def plausibility(rigid: NDArray[np.float64], bent: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Log-odds of each of a pair's candidates, shape (N,): as rigid maps, or as bent ones where no rigid one convinces.
+
+    Where some candidate is right as rigid maps, with a probability P, being right as bent maps counts 1 - P.
+    """
+    none_is_rigid = -np.logaddexp.reduce(np.append(rigid, 0.0))
+    odds: NDArray[np.float64] = np.logaddexp(rigid, bent + none_is_rigid)
+    return odds

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from rectmerge.robust.correlation import correlate, scales_within
 from rectmerge.robust.features import Features, Frame
 from rectmerge.robust.hypotheses import propose
 from rectmerge.robust.likelihood import BENDING_NOISE, JUDGED_NOISES, SEARCH_NOISE, Judge, WallNoise
-from rectmerge.robust.model import plausibility
+from rectmerge.robust.model import bent_odds, plausibility, rigid_odds
 from rectmerge.robust.refinement import BROAD, FINE, NARROW, ONTO_BENT, ONTO_RIGID, refine
 from rectmerge.robust.sides import Sides
 from rectmerge.robust.weighing import Scales, Weights
@@ -43,13 +43,17 @@ class Ranking(Weights):
     likelihood, support
         Shape (N,): log-likelihood ratio of the walls, damped by a power of the overlap, and per wall point of the map
         that has fewer.
+    rigid, bent
+        Shape (N,): log-odds that a placement is right, were there no other, if the maps are rigid and if they are bent.
     plausibility
-        Shape (N,): log-odds that a placement with this to speak for it is right, were there no other.
+        Shape (N,): both together.
     """
 
     placements: NDArray[np.float64]
     likelihood: NDArray[np.float64]
     support: NDArray[np.float64]
+    rigid: NDArray[np.float64]
+    bent: NDArray[np.float64]
     plausibility: NDArray[np.float64]
 
     def __len__(self) -> int:
@@ -121,16 +125,20 @@ class Search:
             placements=forms,
             likelihood=likelihood,
             support=support,
-            plausibility=plausibility(weights, support),
+            rigid=(rigid := rigid_odds(weights)),
+            bent=(bent := bent_odds(weights, support)),
+            plausibility=np.logaddexp(rigid, bent),
             **vars(weights),
         )
         return self.ranked(judged)
 
     def ranked(self, ranking: Ranking) -> Ranking:
         """Order placements that were judged, most plausible first, and keep the distinct ones."""
-        order = np.argsort(-ranking.plausibility, kind="stable")
+        order = np.argsort(-np.logaddexp(ranking.rigid, ranking.bent), kind="stable")
         apart = max(SAME_FIT_CELLS, SAME_RADIUS * self.a.radius)
-        return ranking.of(order[distinct(ranking.placements[order], self.b.landmarks, apart, KEPT)])
+        kept = ranking.of(order[distinct(ranking.placements[order], self.b.landmarks, apart, KEPT)])
+        weighed = replace(kept, plausibility=plausibility(kept.rigid, kept.bent))
+        return weighed.of(np.argsort(-weighed.plausibility, kind="stable"))
 
     def _likelihoods(self, placements: NDArray[np.float64], overlaps: NDArray[np.float64]) -> NDArray[np.float64]:
         scores = np.array([self._judge(noise).score(placements) for noise in JUDGED_NOISES])  # (K, N)

@@ -1,4 +1,4 @@
-"""Whether the best placement can be trusted: its evidence, a probability, and a reason a user can act on."""
+"""Whether the best placement can be trusted: its evidence, and a probability."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.alignment import Verdict
-from rectmerge.robust.model import DECOY
 
 ACCEPT_AT = 0.9  # probability
 AMBIGUOUS_AT = 0.6  # probability that the placement would have without its rivals
@@ -30,6 +29,8 @@ class Evidence:
     decoy
         The same of the best placement of the mirror image. No placement of a mirror image can be right, so it shows
         what chance achieves on maps like these. Minus infinity where it was not asked.
+    rigid, bent
+        The same if the maps are rigid, and if they are bent.
     likelihood, support
         Log-likelihood ratio of all walls against chance, and per wall point of the map that has fewer.
     judged, met, near, far, things, things_met, things_far, missing, overlap, iou
@@ -47,6 +48,8 @@ class Evidence:
     plausibility: float
     rivals: float = -math.inf
     decoy: float = -math.inf
+    rigid: float = -math.inf
+    bent: float = -math.inf
     likelihood: float = 0.0
     support: float = 0.0
     judged: float = 0.0
@@ -89,7 +92,7 @@ def share(plausibility: float, rivals: float = -math.inf, decoy: float = -math.i
     >>> share(0.0), share(50.0, 50.0)
     (0.5, 0.5)
     """
-    against = np.logaddexp(np.logaddexp(0.0, rivals), decoy + math.log(DECOY))
+    against = np.logaddexp(np.logaddexp(0.0, rivals), decoy)
     return float(1 / (1 + np.exp(np.clip(against - plausibility, -30.0, 30.0))))
 
 
@@ -101,28 +104,14 @@ def others(plausibility: NDArray[np.float64]) -> NDArray[np.float64]:
     return summed
 
 
-def judge(evidence: Evidence) -> tuple[Verdict, str]:
-    """Give the verdict on the best placement and its reason."""
+def without(evidence: Evidence, **change: float) -> Evidence:
+    """Return the evidence as it would be without something that speaks against it."""
+    return replace(evidence, **change)  # type: ignore[arg-type] # names are fields
+
+
+def judge(evidence: Evidence) -> Verdict:
+    """Give the verdict on the best placement."""
     if evidence.probability >= ACCEPT_AT:
-        return "accepted", f"the walls of both maps agree over {evidence.overlap:.0%} of the smaller free area"
-    if replace(evidence, is_at_limit=False).probability >= ACCEPT_AT:
-        return "rejected", (
-            "the maps fit best at a scale beyond the bounds of the search: widen --scale, or check the resolutions"
-        )
-    if replace(evidence, slack_cells=0.0).probability >= ACCEPT_AT:
-        return "rejected", (
-            f"the walls in common do not hold the placement: it can slide by {evidence.slack_cells:.0f} cells; map a "
-            "corner or a crossing wall that both maps share"
-        )
-    if evidence.probability_without_rivals >= AMBIGUOUS_AT:
-        second = share(evidence.rivals, evidence.plausibility, evidence.decoy)
-        return "ambiguous", (
-            f"more than one placement explains the walls (the best has {evidence.probability:.0%}, the others "
-            f"{second:.0%}): look at the candidates, or map more of what tells the places apart"
-        )
-    if evidence.likelihood <= 0:
-        return "rejected", "no placement explains the walls better than chance: are these maps of the same place?"
-    return "rejected", (
-        f"the best placement agrees too little (overlap {evidence.overlap:.0%} of the smaller map, "
-        f"{evidence.missing:.0%} of its walls contradicted): the maps share too little, or nothing"
-    )
+        return "accepted"
+    is_held = not (evidence.is_slack or evidence.is_at_limit)
+    return "ambiguous" if is_held and evidence.probability_without_rivals >= AMBIGUOUS_AT else "rejected"

@@ -6,7 +6,7 @@ from rectmerge.errors import InputError
 from scenarios.compare import compare_runs
 
 
-def row(number, outcome="right-accepted", *, method="m", stratum="required", e_px=1.0, bent=False):
+def row(number, outcome="right-accepted", *, method="m", stratum="required", e_px=1.0, bent=False, identifiable=None):
     return {
         "task_id": f"{number:016x}",
         "pair_id": f"p{number}",
@@ -14,6 +14,7 @@ def row(number, outcome="right-accepted", *, method="m", stratum="required", e_p
         "place": f"h{number // 2}",
         "stratum": stratum,
         "bent": bent,
+        "info": {"identifiable": identifiable},
         "outcome": outcome,
         "errors": None if outcome in ("error", "rejected") else {"e_px": e_px},
     }
@@ -50,6 +51,11 @@ CHANGES = {
         "wrong, accepted",
     ),
     "more failures": ([row(0, "error")], [row(0, "rejected")], "failed"),
+    "less often ambiguous": (
+        [row(0, identifiable=False)],
+        [row(0, "ambiguous-with-truth", identifiable=False)],
+        "ambiguous, with the truth",
+    ),
     "larger error": ([row(i, e_px=1.3) for i in range(9)], [row(i) for i in range(9)], "median error, cells"),
 }
 

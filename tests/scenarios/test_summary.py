@@ -67,3 +67,15 @@ def test_brier_score_of_known_answers():
     rows = [row(confidence=0.8), row("wrong-accepted", confidence=0.4)]
 
     assert summarise(rows)["m"]["required"]["brier"] == pytest.approx(np.mean([0.2**2, 0.4**2]))
+
+
+def test_required_pairs_that_can_be_told_are_shown_apart_from_those_that_cannot():
+    rows = [row(), row("rejected"), row("ambiguous-with-truth"), row()]
+    for one, can_be_told in zip(rows, (True, True, False, None), strict=True):
+        one["info"] = {"identifiable": can_be_told}
+    optional = {**row(stratum="optional"), "info": {"identifiable": True}}
+    summary = summarise([*rows, optional, {**row("error"), "info": None}])["m"]
+
+    assert summary["required"]["n"] == 5
+    assert (summary["identifiable"]["right_accepted"]["k"], summary["identifiable"]["n"]) == (1, 2)
+    assert summary["unidentifiable"]["outcomes"] == {"ambiguous-with-truth": 1}

@@ -1,5 +1,3 @@
-import math
-
 import numpy as np
 import pytest
 
@@ -7,8 +5,8 @@ from rectmerge.overlap import measure_agreement
 from rectmerge.robust.cells import MapCells
 from rectmerge.robust.features import dominant_angles, extract_features, rectangles_in_frame
 from rectmerge.robust.refinement import to_pixels
-from rectmerge.robust.search import KEPT, SAME_FIT_CELLS, Ranking, Search, free_overlap, sampled_overlaps
-from rectmerge.similarity import Similarity
+from rectmerge.robust.search import KEPT, SAME_RADIUS, Search
+from rectmerge.robust.weighing import Scales
 from tests import naive
 from tests.rectmerge.robust import plans
 from tests.rectmerge.robust.plans import as_similarity
@@ -20,17 +18,20 @@ def searched(a, b, *, bounds=(0.3, 3.0), seed=0):
     assert one is not None
     assert two is not None
     rng = np.random.default_rng(seed)
+    angle = dominant_angles(one)[0][0]
     search = Search(
         a=one,
         b=two,
         walls_a=rng.permutation(one.walls),
         walls_b=rng.permutation(two.walls),
         scale_bounds=bounds,
+        angle=angle,
+        scales=Scales(one, two, angle),
         screened=1000,
         refined=120,
     )
     frames = [[rectangles_in_frame(each, angle, most=200) for angle, _ in dominant_angles(each)] for each in (one, two)]
-    return search, search.run(*frames)
+    return search, search.rank(search.by_rectangles(*frames))
 
 
 def pair(noise=0, cut=1.0, seed=0):
@@ -48,51 +49,53 @@ def test_the_truth_comes_first_and_the_rest_is_ranked_and_distinct():
     best = as_similarity(to_pixels(ranking.placements[0], search.a, search.b))
     assert plans.is_right(best, a, b)
     assert 1 < len(ranking.placements) <= KEPT
-    assert (np.diff(ranking.likelihoods) <= 0).all()
+    assert (np.diff(ranking.plausibility) <= 0).all()
     places = [naive.move(placement, search.b.landmarks) for placement in ranking.placements]
     apart = [np.abs(p - q).max() for i, p in enumerate(places) for q in places[:i]]
-    assert min(apart) >= SAME_FIT_CELLS
+    assert min(apart) >= SAME_RADIUS * search.a.radius
 
 
-def test_evidence_for_the_truth_is_good_and_for_the_next_is_not():
+def test_the_truth_is_the_only_plausible_placement():
+    _, ranking = searched(*pair(noise=1))
+
+    assert ranking.plausibility[0] > 3
+    assert (ranking.plausibility[1:] < ranking.plausibility[0] - 3).all()
+    assert ranking.met[0] > 0.9
+    assert ranking.far[0] < 0.05
+    assert ranking.missing[0] < 0.05
+    assert ranking.overlap[0] > 0.95
+    assert ranking.support[0] > ranking.support[1]
+
+
+def test_every_shift_finds_the_truth_without_a_rectangle():
+    a, b = pair(noise=1, cut=0.6)
+    search, _ = searched(a, b)
+    angles = [[angle for angle, _ in dominant_angles(features)[:1]] for features in (search.a, search.b)]
+
+    ranking = search.rank(search.by_correlation(*angles))
+
+    assert plans.is_right(as_similarity(to_pixels(ranking.placements[0], search.a, search.b)), a, b)
+
+
+@pytest.mark.parametrize("shift", [0, 60])
+def test_rivals_of_a_placement_hold_the_truth_if_it_has_the_same_scale(shift):
     a, b = pair(noise=1)
     search, ranking = searched(a, b)
+    beside = ranking.placements[0] + np.array([0, 0, shift, 0])
 
-    first, second = search.evidence(ranking, 0), search.evidence(ranking, 1)
+    rivals = search.rank(search.rivals_of(beside))
 
-    assert first.rival < 0.6
-    assert second.rival > 1
-    assert first.missing < 0.05
-    assert first.likelihood > second.likelihood
-    assert first.overlap > 0.95
-    assert first.support > second.support
+    assert plans.is_right(as_similarity(to_pixels(rivals.placements[0], search.a, search.b)), a, b)
 
 
-def test_a_near_double_of_the_best_is_no_rival():
-    a, b = pair()
-    search, ranking = searched(a, b)
-    best = ranking.placements[0]
-    doubles = Ranking(np.array([best, best + np.array([0, 0, 2.0, 0])]), np.array([100.0, 99.0]))
+def test_joined_rankings_keep_the_best_of_both():
+    search, ranking = searched(*pair(noise=1))
+    halves = [ranking.of(np.arange(start, len(ranking), 2)) for start in (0, 1)]
 
-    assert search.evidence(doubles).rival == 0.0
+    joined = search.ranked(halves[1].beside(halves[0]))
 
-
-@pytest.mark.parametrize("quarter", [1, 2, 3])
-def test_a_quarter_turn_about_the_middle_is_a_rival(quarter):
-    a, b = pair()
-    search, ranking = searched(a, b)
-    middle = search.b.walls.mean(axis=0)
-    turned = as_similarity(ranking.placements[0]) @ about(middle, quarter * math.pi / 2)
-    (p, _, tx), (q, _, ty) = turned.matrix
-    both = Ranking(np.array([ranking.placements[0], [p, q, tx, ty]]), np.array([100.0, 99.0]))
-
-    assert search.evidence(both).rival == pytest.approx(0.99)
-
-
-def about(point, angle):
-    turn = Similarity(1.0, angle)
-    tx, ty = point - turn.apply(point)
-    return Similarity(1.0, angle, float(tx), float(ty))
+    np.testing.assert_array_equal(joined.placements, ranking.placements)
+    np.testing.assert_array_equal(joined.plausibility, ranking.plausibility)
 
 
 def test_no_scale_within_bounds_no_ranking():
@@ -100,24 +103,13 @@ def test_no_scale_within_bounds_no_ranking():
 
     _, ranking = searched(a, b, bounds=(30.0, 31.0))
 
-    assert len(ranking.placements) == len(ranking.likelihoods) == 0
+    assert len(ranking) == 0
 
 
 def test_the_overlap_of_the_working_grids_is_that_of_the_maps():
     a, b = pair(cut=0.7)
-    search, ranking = searched(a, b)
+    _, ranking = searched(a, b)
 
-    overlap, iou = free_overlap(ranking.placements[0], search.a, search.b)
     wanted = measure_agreement(a.grid, b.grid, plans.truth(a, b))
 
-    assert (overlap, iou) == pytest.approx((wanted.overlap, wanted.iou), abs=0.03)
-
-
-def test_sampled_overlaps_are_nearly_those_of_all_cells():
-    a, b = pair(noise=1, cut=0.7)
-    search, ranking = searched(a, b)
-
-    found = sampled_overlaps(ranking.placements, search.a, search.b)
-
-    wanted = [free_overlap(placement, search.a, search.b)[0] for placement in ranking.placements]
-    np.testing.assert_allclose(found, wanted, atol=0.03)
+    assert (ranking.overlap[0], ranking.iou[0]) == pytest.approx((wanted.overlap, wanted.iou), abs=0.03)

@@ -1,0 +1,82 @@
+import math
+
+import numpy as np
+import pytest
+
+from rectmerge._kernels.placements import invert
+from rectmerge.robust.cells import MapCells
+from rectmerge.robust.correlation import CELLS, NOISE, SCALE_STEP, correlate, scales_within
+from rectmerge.robust.features import dominant_angles, extract_features
+from rectmerge.robust.likelihood import WallNoise
+from rectmerge.robust.sides import Sides
+from tests import naive
+from tests.rectmerge.robust import plans
+
+
+def sides_of(view):
+    features = extract_features(MapCells.of(view.grid.occupancy))
+    return Sides.of(features, dominant_angles(features)[0][0])
+
+
+def true_placement(a, b, on_a, on_b):
+    """The truth between the working grids, (a, b, tx, ty)."""
+    m, one, two = plans.truth(a, b).matrix, on_a.features, on_b.features
+    linear = m[:, :2] * two.factor / one.factor
+    return np.array([*linear[:, 0], *(m[:, 2] / one.factor + one.offset - linear @ two.offset)])
+
+
+@pytest.mark.parametrize("turn", [0, 90, 180, 270, 201])
+@pytest.mark.parametrize("scale", [0.7, 1.0, 1.5])
+def test_the_best_shift_at_the_true_scale_is_the_true_one(turn, scale):
+    rooms = plans.office(1)
+    a, b = plans.see(rooms, degrees=10, noise=1, seed=1), plans.see(rooms, degrees=turn, scale=scale, noise=1, seed=2)
+    on_a, on_b = sides_of(a), sides_of(b)
+    truth = true_placement(a, b, on_a, on_b)
+
+    placements, gains = correlate(on_a, on_b, [math.hypot(*truth[:2])], most=5)
+
+    best, points = placements[np.argmax(gains)], on_b.features.landmarks
+    assert np.abs(naive.move(best, points) - naive.move(truth, points)).max() < 2 * CELLS * max(1.0, 1 / scale)
+
+
+def test_the_gain_of_a_shift_is_about_that_of_its_faces_one_by_one():
+    rooms = plans.office(2)
+    on_a, on_b = sides_of(plans.see(rooms, degrees=0)), sides_of(plans.see(rooms, degrees=90))
+
+    placements, gains = correlate(on_a, on_b, [1.0], most=3)
+
+    best = placements[[np.argmax(gains)]]
+    quarter = round((on_b.angle + math.atan2(best[0, 1], best[0, 0]) - on_a.angle) / (math.pi / 2)) % 4
+    noise = WallNoise(tuple(CELLS * spread for spread in NOISE.spreads), NOISE.outliers)
+    back = invert(best)
+    slow = 0.0
+    for k in range(4):
+        for there, here, way, placement in (
+            (on_a, on_b, (k + quarter) % 4, best),
+            (on_b, on_a, (k - quarter) % 4, back),
+        ):
+            met = naive.tally(placement, [0], here.features.walls, here.faces[:, [k]], there.codes[[way]])[0]
+            slow += met @ there.gains(noise)[way]
+    assert gains.max() == pytest.approx(slow, rel=0.15)
+
+
+def test_walls_back_to_back_gain_nothing():
+    cells = np.full((60, 160), -1, np.int8)
+    cells[10:50, 10] = 100
+    cells[10:50, 11:60] = 0
+    left = Sides.of(extract_features(MapCells.of(cells)), 0.0)
+    right = Sides.of(extract_features(MapCells.of(np.ascontiguousarray(cells[:, ::-1]))), 0.0)
+
+    placements, gains = correlate(left, right, [1.0], most=5)
+
+    unturned = placements[:, 0] > 0.5
+    assert gains[unturned].max() < 0.2 * gains[~unturned].max()
+
+
+def test_scales_cover_their_bounds_evenly():
+    scales = scales_within((0.5, 2.0))
+
+    assert scales[[0, -1]] == pytest.approx([0.5, 2.0])
+    assert 0 < np.diff(np.log(scales)).max() <= SCALE_STEP + 1e-9
+    assert np.ptp(np.diff(np.log(scales))) < 1e-9
+    assert scales_within((1.0, 1.0)) == pytest.approx([1.0])

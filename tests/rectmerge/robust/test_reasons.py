@@ -1,0 +1,121 @@
+import dataclasses
+from collections import Counter
+
+import cv2
+import numpy as np
+import pytest
+
+from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
+from rectmerge.methods import align
+from rectmerge.robust import reasons
+from rectmerge.robust.verdict import Evidence
+from scenarios.corruption import corrupt
+from tests.rectmerge.robust import plans
+
+POOR = Evidence(plausibility=-5.0, likelihood=50.0, overlap=0.2, missing=0.4)
+CLEAN = {name: {"speckle": 0.01} for name in "ab"}
+ROOMY = {"a": 20_000, "b": 20_000}
+
+
+@pytest.mark.parametrize(
+    ("change", "quality", "free_cells", "word"),
+    [
+        ({"plausibility": 9.0, "is_at_limit": True}, CLEAN, ROOMY, "--scale"),
+        ({"plausibility": 9.0, "slack_cells": 9.0}, CLEAN, ROOMY, "slide by 9 cells"),
+        ({}, CLEAN, {"a": 20_000, "b": 300}, "map B shows too little free space"),
+        ({}, {"a": {"speckle": 0.2}, "b": {"speckle": 0.0}}, ROOMY, "map A is too noisy (20%"),
+        ({"near": 0.8, "met": 0.4, "support": 0.5}, CLEAN, ROOMY, "bent"),
+        ({"likelihood": -3.0}, CLEAN, ROOMY, "different places"),
+        ({}, CLEAN, ROOMY, "40% of its walls contradicted"),
+    ],
+)
+def test_the_first_cause_is_named(change, quality, free_cells, word):
+    assert word in reasons.rejected(dataclasses.replace(POOR, **change), quality, free_cells)
+
+
+def test_bent_maps_that_are_accepted_are_told_to_be():
+    fine = dataclasses.replace(POOR, plausibility=9.0, near=0.95, met=0.9, support=1.0)
+
+    assert "bent" not in reasons.accepted(fine)
+    assert "bent" in reasons.accepted(dataclasses.replace(fine, met=0.5))
+
+
+def mirrored(seed):
+    rooms = plans.office(seed)
+    return plans.see(rooms, degrees=30, noise=1, seed=1).grid, plans.flipped(plans.see(rooms, degrees=190, noise=1))
+
+
+def unrelated(seed):
+    return plans.see(plans.office(seed), degrees=30, noise=1).grid, plans.see(plans.office(seed + 500), noise=1).grid
+
+
+def no_shared_room(seed):
+    rooms = plans.office(seed, (600.0, 228.0))
+    left, right = (-8, -8, 240, 244), (360, -8, 248, 244)
+    return plans.see(rooms, window=left, degrees=30).grid, plans.see(rooms, window=right, degrees=90).grid
+
+
+def symmetric(seed):
+    """Both ends of a row of equal cells: one end looks like the other."""
+    rooms = [plans.box(60.0 * k, 0.0, 56.0, 70.0) for k in range(8)]
+    doors = [plans.box(60.0 * k + 20, 69.0, 14.0, 6.0) for k in range(8)]
+    rooms += [*doors, plans.box(0.0, 74.0, 476.0, 26.0)]
+    left, right = (-8, -8, 308, 120), (180, -8, 308, 120)
+    return plans.see(rooms, window=left, degrees=20.0 * seed, noise=1).grid, plans.see(rooms, window=right).grid
+
+
+def bent(seed):
+    rooms = plans.office(seed)
+    damage = [("bend", 10.0), ("kink", 8.0)]
+    b = plans.see(rooms, degrees=120, scale=1.2)
+    return plans.see(rooms, degrees=20).grid, corrupt(b.grid, damage, seed=seed).grid
+
+
+def too_noisy(seed):
+    rooms, rng = plans.office(seed), np.random.default_rng(seed)
+    a, b = plans.see(rooms, degrees=20).grid, plans.see(rooms, degrees=100).grid
+    noise = rng.random(b.shape)
+    cells = np.where(~b.unknown & (noise < 0.25), OCCUPIED, np.where(~b.unknown & (noise > 0.6), FREE, b.occupancy))
+    return a, OccupancyGrid(cells.astype(np.int8))
+
+
+def wrong_resolution(seed):
+    rooms = plans.office(seed)
+    a = plans.see(rooms, degrees=20, noise=1, resolution=0.05).grid
+    return a, plans.see(rooms, degrees=100, scale=1.1, noise=1, resolution=0.11 if seed % 2 else 0.0275).grid
+
+
+def too_little_space(seed):
+    rooms = plans.office(seed)
+    b = plans.see(rooms, degrees=20)
+    free = np.argwhere(cv2.erode(b.grid.free.view(np.uint8), np.ones((9, 9), np.uint8)))
+    row, col = free[len(free) // 2]
+    return plans.see(rooms, degrees=70).grid, OccupancyGrid(
+        np.ascontiguousarray(b.grid.occupancy[max(0, row - 14) : row + 14, max(0, col - 14) : col + 14])
+    )
+
+
+PLANTED = {
+    mirrored: ("mirrored",),
+    unrelated: ("different places",),
+    no_shared_room: ("share no room", "different places"),
+    symmetric: ("more than one placement",),
+    bent: ("bent",),
+    too_noisy: ("too noisy",),
+    wrong_resolution: ("is one resolution wrong",),
+    too_little_space: ("too little free space",),
+}
+
+
+@pytest.mark.slow
+def test_the_reason_names_the_planted_fault_nearly_always():
+    named, said = Counter(), []
+    for plant, words in PLANTED.items():
+        for seed in range(20):
+            found = align(*plant(seed))
+            is_named = any(word in found.reason for word in words)
+            named[plant.__name__] += is_named
+            if not is_named:
+                said.append(f"{plant.__name__} {seed}: {found.verdict}: {found.reason}")
+
+    assert sum(named.values()) >= 0.9 * 160, "\n".join([str(named), *said])

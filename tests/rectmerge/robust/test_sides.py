@@ -1,0 +1,100 @@
+import math
+
+import numpy as np
+import pytest
+
+from rectmerge.robust.cells import MapCells
+from rectmerge.robust.distances import BINS, IN_UNKNOWN, ON_BORDER
+from rectmerge.robust.features import extract_features
+from rectmerge.robust.likelihood import WallNoise
+from rectmerge.robust.sides import LONG_CELLS, Sides
+from tests.rectmerge.robust import plans
+
+RIGHT, DOWN, LEFT, UP = range(4)
+
+
+def room(width=120, height=80):
+    """A room with walls all round, one cell thick, unknown outside, and a thing of 8 x 8 cells in it."""
+    cells = np.full((height, width), -1, np.int8)
+    cells[10 : height - 10, 10 : width - 10] = 100
+    cells[11 : height - 11, 11 : width - 11] = 0
+    cells[30:38, 40:48] = 100
+    return extract_features(MapCells.of(cells))
+
+
+def at(sides, u, v):
+    """Row of the wall point nearest to a pixel of `room`, whose margin of the working grid is 4 less 10 cells."""
+    return int(np.argmin(np.hypot(*(sides.features.walls - sides.features.offset - [u, v]).T)))
+
+
+def test_walls_face_the_room_and_things_face_out():
+    sides = Sides.of(room(), 0.0)
+
+    assert sides.faces[at(sides, 10, 50)].tolist() == [True, False, False, False]
+    assert sides.faces[at(sides, 60, 10)].tolist() == [False, True, False, False]
+    assert sides.faces[at(sides, 109, 50)].tolist() == [False, False, True, False]
+    assert sides.faces[at(sides, 60, 69)].tolist() == [False, False, False, True]
+    assert sides.faces[at(sides, 47, 34), RIGHT]
+    assert not sides.faces[at(sides, 47, 34), LEFT]
+
+
+def test_ways_turn_with_the_angle():
+    upright, turned = Sides.of(room(), 0.0), Sides.of(room(), math.pi / 2)
+
+    np.testing.assert_array_equal(turned.faces, np.roll(upright.faces, -1, axis=1))
+    np.testing.assert_array_equal(turned.codes, np.roll(upright.codes, -1, axis=0))
+
+
+def test_long_runs_are_walls_and_short_ones_things():
+    sides = Sides.of(room(), 0.0)
+
+    assert sides.is_long[at(sides, 10, 50), RIGHT]
+    assert not sides.is_long[at(sides, 47, 34), RIGHT]
+    assert not (sides.is_long & ~sides.faces).any()
+
+
+@pytest.mark.parametrize("length", [LONG_CELLS - 3, LONG_CELLS + 3])
+def test_a_run_is_long_from_a_length_on(length):
+    sides = Sides.of(room(height=int(length) + 21), 0.0)
+
+    assert sides.is_long[sides.faces[:, RIGHT] & (sides.features.walls[:, 0] < 10), RIGHT].any() == (
+        length >= LONG_CELLS
+    )
+
+
+def test_a_distance_is_to_the_next_wall_that_faces_the_way():
+    sides = Sides.of(room(), 0.0)
+    u, v = np.rint(sides.features.walls[at(sides, 10, 50)]).astype(int)
+
+    assert sides.codes[RIGHT, v, u + 6] == 12  # half cells
+    assert sides.codes[LEFT, v, u + 6] == BINS - 1
+    assert (sides.codes[:, 0] == ON_BORDER).all()
+
+
+def test_where_the_map_is_not_free_a_wall_contradicts_nothing():
+    sides = Sides.of(room(), 0.0)
+    gains = sides.gains(WallNoise((1.0,), 0.03))
+    behind = sides.codes[RIGHT, 40, 1]
+
+    assert behind >= IN_UNKNOWN
+    assert gains[RIGHT, behind] == 0
+    assert gains[RIGHT, 0] > 1
+    assert gains[RIGHT, BINS - 1] < -1
+
+
+def test_a_map_whose_walls_face_one_way_only_has_gains_all_the_same():
+    cells = np.full((60, 60), -1, np.int8)
+    cells[20, 10:50] = 100
+    cells[21:50, 10:50] = 0
+    sides = Sides.of(extract_features(MapCells.of(cells)), 0.0)
+
+    assert not sides.faces[:, [RIGHT, LEFT, UP]].any()
+    assert np.isfinite(sides.gains(WallNoise((1.0,), 0.03))).all()
+
+
+def test_an_office_has_walls_that_face_every_way():
+    view = plans.see(plans.office(0), degrees=20, noise=1)
+    sides = Sides.of(extract_features(MapCells.of(view.grid.occupancy)), math.radians(-20) % (math.pi / 2))
+
+    assert (sides.faces.sum(axis=0) > 100).all()
+    assert (sides.is_long.sum(axis=0) > 100).all()
