@@ -2,7 +2,8 @@
 
 The model is a conditional logit: of all candidates and of "none", each is right with a probability in proportion to its
 odds, "none" having odds of one. A candidate's odds are the exponential of a weighted sum of terms
-(`rectmerge.robust.model`). Likelihood, with a penalty on large weights, is maximised by Adam (Kingma and Ba, arXiv:1412.6980).
+(`rectmerge.robust.model`). Likelihood, with a penalty on large weights, is
+maximised by Adam (Kingma and Ba, arXiv:1412.6980).
 """
 
 from __future__ import annotations

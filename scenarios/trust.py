@@ -13,12 +13,13 @@ from rectmerge.errors import InputError
 from rectmerge.imagefile import replace_file
 from scenarios.accuracy import is_right
 from scenarios.bench import read_rows
-from scenarios.resultpage import markdown
+from scenarios.headline import markdown
 from scenarios.rows import Row
 from scenarios.statistics import clustered_rate
 
 METHOD = "robust"
 BINS = 10  # of equal count, for the calibration error
+IDENTIFIABLE = {"True": "yes", "False": "no"}
 EXACT = (
     ("e, cells of the coarser map", "e_px", True),
     ("rotation, degrees", "rotation_deg", False),
@@ -117,8 +118,8 @@ def calibration_line(rows: Sequence[Row]) -> str:
     unrelated = sum(row["stratum"] == "unrelated" for row in rows if row["verdict"])
     return (
         f"{len(right)} answers in the split test, {unrelated} of them to unrelated pairs; {right.mean():.2f} of the "
-        f"best candidates are right. Brier score {np.mean((confidence - right) ** 2):.4f}; expected calibration error in "
-        f"{BINS} bins of equal count {calibration_error(confidence, right):.4f}.\n"
+        f"best candidates are right. Brier score {np.mean((confidence - right) ** 2):.4f}; expected calibration "
+        f"error in {BINS} bins of equal count {calibration_error(confidence, right):.4f}.\n"
     )
 
 
@@ -163,7 +164,7 @@ def wrong_table(rows: Sequence[Row]) -> str:
             f"{row['suite']} {row['pair_id']}",
             str((row["info"] or {}).get("family", "-")),
             "-" if row["overlap"] is None else f"{row['overlap']:.2f}",
-            {True: "yes", False: "no"}.get((row["info"] or {}).get("identifiable"), "-"),
+            IDENTIFIABLE.get(str((row["info"] or {}).get("identifiable")), "-"),
             f"{row['confidence']:.3f}",
         )
         for row in wrong
@@ -212,8 +213,8 @@ defaults; scale free between 0.5 and 2. The model that says the confidence is wh
 split *train* of `trust`. This page is made by
 """
 OVERLAP_EXPLAINED = """Noise 1, ten families, half of the pairs by true poses and half by the robots' own.
-*Identifiable*: with the world known and no noise, the true placement beats every other by a margin (`scenarios/identifiability.py`);
-where it does not, as in rows of equal rooms, *ambiguous* is the right answer.
+*Identifiable*: with the world known and no noise, the true placement beats every other by a margin
+(`scenarios/identifiability.py`); where it does not, as in rows of equal rooms, *ambiguous* is the right answer.
 """
 EXACT_EXPLAINED = """True poses, overlap 0.35 and more, right answers whatever the verdict.
 """

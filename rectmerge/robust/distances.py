@@ -25,10 +25,8 @@ def distance_codes(distance: NDArray[np.float32], known: NDArray[np.bool_]) -> N
     return codes
 
 
-def distance_to(cells: tuple[NDArray[np.intp], NDArray[np.intp]], shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Measure from each cell to the nearest of some cells (rows, cols), in cells; far away where there are none."""
-    is_other = np.ones(shape, np.uint8)
-    is_other[cells] = 0
-    if is_other.all():
-        return np.full(shape, EDGES_CELLS[-2] + 1, np.float32)
-    return np.asarray(cv2.distanceTransform(is_other, cv2.DIST_L2, cv2.DIST_MASK_5), np.float32)
+def distance_to(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Measure from each cell to the nearest cell of a mask, shape (h, w), in cells; far away where it has none."""
+    if not mask.any():
+        return np.full(mask.shape, EDGES_CELLS[-2] + 1, np.float32)
+    return np.asarray(cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5), np.float32)

@@ -131,7 +131,7 @@ def _shrunk(cells: MapCells, bounds: tuple[int, int, int, int], factor: float) -
         return None, 0.0
     offset = MARGIN_CELLS - 0.5 + (0.5 - np.array([bounds[2], bounds[0]], np.float64)) / factor
     surface = np.stack([sum_u[wall], sum_v[wall]], axis=1) / n_surface[wall][:, None]  # (N, 2) in the map's pixels
-    distance = distance_to(np.nonzero(wall), wall.shape)
+    distance = distance_to(wall)
     clearance = cv2.distanceTransform(free.view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_3)
     known = free | occupied
     features = Features(

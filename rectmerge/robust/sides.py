@@ -64,7 +64,9 @@ class Sides:
             facing = features.walls[faces[:, k]]
             is_long[faces[:, k], k] = _run_lengths(facing @ way, facing @ [-way[1], way[0]]) >= LONG_CELLS
             u, v = np.rint(facing).astype(np.intp).T
-            codes[k] = distance_codes(distance_to((v, u), features.free.shape), features.free)
+            marked = np.zeros((height, width), np.bool_)
+            marked[v, u] = True
+            codes[k] = distance_codes(distance_to(marked), features.free)
             counts[k] = np.bincount(codes[k][features.known] % IN_UNKNOWN, minlength=BINS)[:BINS]
         return cls(features, angle, faces, is_long, codes, counts)
 

@@ -115,8 +115,8 @@ class Scales:
                     placements[which], quarters, self._b.walls, of_b[kind], self._on_a.codes
                 )
                 backward[kind, which] = _tallied(back[which], -quarters % 4, self._a.walls, of_a[kind], on_b.codes)
-        walls, things = (_by_coarser_cells(placements, forward[kind], backward[kind]) for kind in range(2))
-        return walls, things
+        walls = _by_coarser_cells(placements, forward[0], backward[0])
+        return walls, _by_coarser_cells(placements, forward[1], backward[1])
 
     def _sides_of_b(self, key: int) -> Sides:
         if key not in self._on_b:
@@ -162,7 +162,8 @@ def _shares(counts: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
 
 def _beyond(counts: NDArray[np.float64], cells: float) -> NDArray[np.float64]:
     """Sum the counts of distances from an edge of bins on, shape (N,)."""
-    return counts[:, :BINS].sum(axis=1) - _within(counts, cells)
+    sums: NDArray[np.float64] = counts[:, int(np.searchsorted(EDGES_CELLS, cells)) : BINS].sum(axis=1)
+    return sums
 
 
 def _tallied(
@@ -181,6 +182,6 @@ def _by_coarser_cells(
     placements: NDArray[np.float64], forward: NDArray[np.int32], backward: NDArray[np.int32]
 ) -> NDArray[np.float64]:
     """Add up what both maps' points met; where cells differ in size, the finer map's points count for less."""
-    scales = np.hypot(placements[:, 0], placements[:, 1])[:, None]
+    scales: NDArray[np.float64] = np.hypot(placements[:, 0], placements[:, 1])[:, None]
     counts: NDArray[np.float64] = forward * np.minimum(1.0, scales) + backward * np.minimum(1.0, 1 / scales)
     return counts
