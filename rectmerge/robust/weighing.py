@@ -182,6 +182,5 @@ def _by_coarser_cells(
     placements: NDArray[np.float64], forward: NDArray[np.int32], backward: NDArray[np.int32]
 ) -> NDArray[np.float64]:
     """Add up what both maps' points met; where cells differ in size, the finer map's points count for less."""
-    scales: NDArray[np.float64] = np.hypot(placements[:, 0], placements[:, 1])[:, None]
-    counts: NDArray[np.float64] = forward * np.minimum(1.0, scales) + backward * np.minimum(1.0, 1 / scales)
-    return counts
+    scales = np.hypot(placements[:, 0], placements[:, 1])[:, None]
+    return np.asarray(forward * np.minimum(1.0, scales) + backward * np.minimum(1.0, 1 / scales), np.float64)

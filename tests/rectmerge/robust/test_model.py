@@ -1,0 +1,55 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from rectmerge.robust.model import RIGID, RIGID_TERMS, bent_odds, plausibility, rigid_odds, rigid_terms
+from rectmerge.robust.weighing import Weights
+
+GOOD = Weights(
+    **{
+        name: np.array([value])
+        for name, value in {
+            "judged": 800.0,
+            "met": 0.95,
+            "near": 0.98,
+            "far": 0.01,
+            "things": 400.0,
+            "things_met": 0.8,
+            "things_far": 0.05,
+            "missing": 0.02,
+            "overlap": 0.7,
+            "iou": 0.5,
+        }.items()
+    }
+)
+
+
+def test_there_is_a_weight_for_every_term():
+    assert rigid_terms(GOOD).shape == (1, len(RIGID_TERMS))
+    assert len(RIGID) == len(RIGID_TERMS)
+
+
+def test_walls_that_meet_are_plausible():
+    assert rigid_odds(GOOD)[0] > 3
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("near", 0.5), ("things_met", 0.3), ("missing", 0.2), ("overlap", 0.1), ("things", 10.0)]
+)
+def test_less_that_speaks_for_it_is_less_plausible_as_rigid_maps(name, value):
+    assert rigid_odds(dataclasses.replace(GOOD, **{name: np.array([value])}))[0] < rigid_odds(GOOD)[0] - 0.3
+
+
+def test_bent_maps_need_support_and_little_that_is_missing():
+    support = np.array([0.8])
+
+    assert bent_odds(GOOD, support)[0] > bent_odds(GOOD, 0.2 * support)[0]
+    assert bent_odds(GOOD, support)[0] > bent_odds(dataclasses.replace(GOOD, missing=np.array([0.2])), support)[0] + 5
+
+
+def test_bent_maps_count_where_no_rigid_ones_convince():
+    bent = np.array([6.0, -5.0])
+
+    assert plausibility(np.array([-9.0, -9.0]), bent)[0] == pytest.approx(6.0, abs=0.01)
+    assert plausibility(np.array([-9.0, 8.0]), bent)[0] < 0

@@ -1,0 +1,88 @@
+import numpy as np
+import pytest
+
+from rectmerge.errors import InputError
+from rectmerge.robust.model import RIGID_TERMS, rigid_terms
+from rectmerge.robust.weighing import Weights
+from scenarios.calibration import AGAINST, Answers, fit, loss, report
+
+FIELDS = ("judged", "met", "near", "far", "things", "things_met", "things_far", "missing", "overlap", "iou")
+
+
+def candidate(rng, right):
+    """What speaks for a placement: a right one meets more, and misses less, than a wrong one, by and large."""
+    met, missing = rng.normal(0.8, 0.1) if right else rng.normal(0.5, 0.1), rng.normal(0.03 if right else 0.12, 0.03)
+    shares = {"met": met, "near": met, "things_met": met, "missing": missing, "far": 0.1, "things_far": 0.1}
+    shares = {name: float(np.clip(value, 0.0, 1.0)) for name, value in shares.items()}
+    return {"judged": 300.0, "things": 200.0, "overlap": 0.5, "iou": 0.3, **shares}
+
+
+def row(rng, *, is_found=True, **more):
+    grades = ["fine" if is_found else "off", "off", "coarse"]
+    return {
+        "candidates": [[0]] * 3,
+        "evidence": [candidate(rng, grade == "fine") for grade in grades],
+        "grades": grades,
+        "residual_px": 0.1,
+        "extent_px": 500.0,
+        "info": {"split": "train", "family": "office", **more},
+    }
+
+
+@pytest.fixture
+def rows():
+    rng = np.random.default_rng(0)
+    return [row(rng, is_found=k % 3 != 0) for k in range(120)]
+
+
+def test_the_fit_tells_right_from_wrong(rows):
+    answers = Answers.of(rows)
+
+    weights = fit(answers)
+
+    assert loss(answers, weights) < 0.7 * loss(answers, np.zeros(len(RIGID_TERMS)))
+    odds = answers.terms @ weights
+    assert np.median(odds[answers.is_right]) > 0 > np.median(odds[answers.is_there & ~answers.is_right])
+
+
+def test_no_weight_is_against_its_sign(rows):
+    weights = dict(zip(RIGID_TERMS, fit(Answers.of(rows)), strict=True))
+
+    assert all(weights[name] <= 0 for name in AGAINST)
+    assert all(weight >= 0 for name, weight in weights.items() if name not in (*AGAINST, "one"))
+
+
+def test_nearly_right_candidates_are_left_out(rows):
+    answers = Answers.of(rows)
+
+    assert answers.is_there.sum(axis=1).tolist() == [2] * len(rows)
+    assert answers.is_right.sum() == 80
+
+
+def test_of_bent_pairs_only_what_is_wrong_is_learnt(rows):
+    bent = Answers.of([{**one, "residual_px": 5.0} for one in rows]).without_bent()
+
+    assert not bent.is_right.any()
+    assert bent.is_there.sum() < 2 * len(rows)
+
+
+def test_the_terms_are_those_of_the_method(rows):
+    answers = Answers.of(rows[:1])
+    columns = {name: np.array([one[name] for one in rows[0]["evidence"]]) for name in FIELDS}
+
+    np.testing.assert_array_equal(answers.terms[0], rigid_terms(Weights(**columns)))
+
+
+def test_the_report_leaves_out_other_splits_and_rooms_that_are_alike(rows):
+    rng = np.random.default_rng(1)
+    others = [row(rng, split="test"), row(rng, family="hospital")]
+
+    text = report([*rows, *others])
+
+    assert "120 pairs, 80 of them" in text
+    assert "RIGID = np.array([" in text
+
+
+def test_rows_without_evidence_are_refused():
+    with pytest.raises(InputError, match="evidence"):
+        report([{"candidates": [[0]], "evidence": [], "grades": None, "info": {"split": "train"}}])
