@@ -116,7 +116,7 @@ def fit(answers: Answers) -> NDArray[np.float64]:
     Of pairs of bent maps it has to say of what is wrong that it is.
     """
     spread = answers.terms[answers.is_there].std(axis=0)
-    spread[spread == 0] = 1.0  # the constant, for one
+    spread[spread < 1e-9] = 1.0  # the constant, for one
     weights: NDArray[np.float64] = _climbed(replace(answers, terms=answers.terms / spread).without_bent()) / spread
     return weights
 
