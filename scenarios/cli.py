@@ -101,6 +101,7 @@ def run(
 
 app.command()(datasetcommands.generate)
 app.command()(datasetcommands.verify)
+app.command()(datasetcommands.certify)
 
 
 @app.command()

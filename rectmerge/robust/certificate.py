@@ -261,8 +261,9 @@ def _whole(score: FaceScore, scale: tuple[float, float]) -> Boxes:
     """Return boxes that hold every placement under which the maps can meet, one for each quarter turn."""
     low, high = (math.log(bound * score.b.factor / score.a.factor) for bound in scale)
     height, width = score.a.free.shape
-    reach = float(np.hypot(*(score.b.walls - score.centre).T).max()) * math.exp(high)
-    half = max(height, width) / 2 + reach + 1  # beyond, no face of B falls on A's grid
+    corners = np.array(list(itertools.product((-1, score.b.free.shape[1]), (-1, score.b.free.shape[0]))))
+    reach = float(np.hypot(*(corners - score.centre).T).max()) * math.exp(high)
+    half = max(height, width) / 2 + reach + 1  # beyond, no face of either map falls on the other's grid
     return np.array(
         [
             [
