@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rectmerge.composition import Rule
     from rectmerge.grid import OccupancyGrid
     from rectmerge.methods import Scale
+    from rectmerge.robust.certificate import Certificate
 
 STATUS = {"accepted": console.YES, "rejected": console.NO, "ambiguous": console.AMBIGUOUS}
 DOUBTFUL = 0.9  # below this confidence a yes asks to be looked at
@@ -39,6 +40,10 @@ ScaleText = Annotated[
 RuleName = Annotated[str, typer.Option("--rule", metavar="occupied|free|log-odds", help="What wins where maps differ.")]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="Same maps and seed, same answer.")]
 Fields = Annotated[list[str] | None, typer.Option("--set", metavar="METHOD.FIELD=VALUE", help="Set a method's field.")]
+Certify = Annotated[
+    bool, typer.Option("--certify", metavar="", help="Of a yes, show that nothing elsewhere scores nearly as well.")
+]
+CertifySeconds = Annotated[float, typer.Option(metavar="S", min=0.1, help="Time that --certify may take.")]
 Force = Annotated[bool, typer.Option("--force", metavar="", help="Replace the results that DIR holds.")]
 Json = Annotated[bool, typer.Option("--json", metavar="", help="Print JSON instead of text.")]
 Grey = Annotated[int | None, typer.Option(min=0, max=255, help="Grey level in plain images; guessed unless given.")]
@@ -62,6 +67,8 @@ def merge(
     rule: RuleName = "occupied",
     seed: Seed = 0,
     fields: Fields = None,
+    certify: Certify = False,
+    certify_seconds: CertifySeconds = 10.0,
     force: Force = False,
     json: Json = False,
     free: Grey = None,
@@ -82,8 +89,10 @@ def merge(
     grid_a, grid_b = _read_maps([a, b], levels, quiet=quiet)
     found = _with_quality(align(grid_a, grid_b, method=solver, scale=bounds, seed=seed), grid_a, grid_b)
     pictures, merged = _results(found, grid_a, grid_b, wins)
-    files = folder.write(found.as_dict(), pictures, merged)
-    typer.echo(to_json(found.as_dict()) if json else _describe(found, files))
+    certificate = _certify(found, grid_a, grid_b, bounds, certify_seconds) if found and certify else None
+    told = found.as_dict() | ({"certificate": certificate.as_dict()} if certificate is not None else {})
+    files = folder.write(told, pictures, merged)
+    typer.echo(to_json(told) if json else _describe(found, files, certificate))
     raise typer.Exit(STATUS[found.verdict])
 
 
@@ -217,6 +226,14 @@ def _with_quality(found: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> Align
     return dataclasses.replace(found, quality=found.quality or measured)
 
 
+def _certify(found: Alignment, a: OccupancyGrid, b: OccupancyGrid, scale: Scale, seconds: float) -> Certificate:
+    from rectmerge.methods import searched_scale
+    from rectmerge.robust.certificate import certify
+
+    searched = searched_scale(scale, found.scale)
+    return certify(a, b, found.candidates[0].pixels, scale=searched, seconds=seconds)
+
+
 def _results(
     found: Alignment, a: OccupancyGrid, b: OccupancyGrid, rule: Rule
 ) -> tuple[dict[str, NDArray[np.uint8]], OccupancyGrid | None]:
@@ -232,7 +249,7 @@ def _results(
     return {"overlay.png": overlay, "conflict.png": draw_conflict(composition)}, composition.grid
 
 
-def _describe(found: Alignment, files: Sequence[Path]) -> str:
+def _describe(found: Alignment, files: Sequence[Path], certificate: Certificate | None = None) -> str:
     lines = [f"{found.verdict}: {found.reason}", f"  method      {found.method}, {found.seconds:.2f} s"]
     if found.candidates:
         if not found:
@@ -240,6 +257,8 @@ def _describe(found: Alignment, files: Sequence[Path]) -> str:
         lines += _describe_candidate(found, found.candidates[0])
     if found and found.confidence < DOUBTFUL:
         lines.append("  look at     overlay.png before using the map: the method is not sure")
+    if certificate is not None:
+        lines.append(f"  certified   {certificate}")
     where = files[0].parent
     return "\n".join([*lines, f"  written     {where}: {', '.join(file.name for file in files)}"])
 

@@ -108,6 +108,11 @@ def align(
     )
 
 
+def searched_scale(scale: Scale, report: ScaleReport) -> tuple[float, float]:
+    """Return the bounds of the pixel scale within which `align` found an answer, from what was asked and reported."""
+    return FREE_SCALE if report.source == "search" else _search_bounds(scale, report.expected)[0]
+
+
 def _search_bounds(scale: Scale, expected: float | None) -> tuple[tuple[float, float], ScaleSource]:
     if scale == "auto" and expected is not None:
         return (expected * (1 - EXPECTED_WITHIN), expected * (1 + EXPECTED_WITHIN)), "resolution"

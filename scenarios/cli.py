@@ -103,6 +103,7 @@ app.command()(datasetcommands.generate)
 app.command()(datasetcommands.verify)
 app.command()(trustcommands.calibrate)
 app.command()(trustcommands.trust)
+app.command()(datasetcommands.certify)
 
 
 @app.command()

@@ -75,3 +75,19 @@ def verify(
     typer.echo(f"{verdict.pairs} pairs, {verdict.files} checksums: {len(verdict.faults) or 'nothing'} wrong")
     if verdict.faults:
         raise typer.Exit(console.NO)
+
+
+def certify(
+    dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A data set's folder.")],
+    seconds: Annotated[float, typer.Option(min=0.1, metavar="S", help="Time for each certificate.")] = 10.0,
+    every: Annotated[int, typer.Option(min=1, help="Take every so many-th pair only.")] = 1,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Tell which of the pairs that the default method accepts it can certify, as `rectmerge merge --certify` does."""
+    from scenarios.certifying import certify_dataset, told
+    from scenarios.verify import row_count
+
+    with progress(-(-row_count(dataset) // every), quiet) as advance:
+        found = certify_dataset(dataset, every=every, seconds=seconds, on_pair=lambda: advance(1, "pairs"))
+    typer.echo(told(found))

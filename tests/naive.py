@@ -252,3 +252,18 @@ def bent_score(
                 payoffs.append(gained - cost * (dx * dx + dy * dy) * len(block) - fixed_cost * bool(dx or dy))
         total += max(payoffs)
     return total
+
+
+def face_score(placement, quarter, groups, faces, centre, gains_a, gains_b) -> int:
+    """Look up every face of B in A, and of A in B, one by one; a placement is (angle, ln s, mu, mv)."""
+    angle, log_scale, mu, mv = placement
+    linear, at, middle = np.exp(log_scale + 1j * angle), mu + 1j * mv, complex(*centre)
+    total = 0
+    for first, end, way, is_b in groups:
+        field = (gains_a if is_b else gains_b)[(way + quarter if is_b else way - quarter) % 4]
+        for n in range(first, end):
+            p = complex(*faces[:, n])
+            p = linear * (p - middle) + at if is_b else (p - at) / linear + middle
+            u, v = math.floor(p.real + 0.5), math.floor(p.imag + 0.5)
+            total += int(field[v, u]) if 0 <= v < field.shape[0] and 0 <= u < field.shape[1] else 0
+    return total

@@ -340,3 +340,23 @@ def test_help_and_version_need_no_heavy_package():
 
     assert done.returncode == 0, done.stderr
     assert "--scale" in done.stdout
+
+
+def test_a_yes_is_certified_when_asked_and_the_verdict_stays(tmp_path, answer, capsys):
+    answer("accepted")
+
+    assert rectmerge("merge", A, B, "-o", tmp_path / "out", "--certify", "--certify-seconds", 0.1) == 0
+
+    assert "  certified   " in capsys.readouterr().out
+    told = json.loads((tmp_path / "out" / "alignment.json").read_text())
+    assert told["verdict"] == "accepted"
+    assert {"certified", "margin", "score", "best_elsewhere", "seconds", "boxes"} <= set(told["certificate"])
+
+
+def test_another_answer_has_nothing_to_certify(tmp_path, answer, capsys):
+    answer("rejected")
+
+    assert rectmerge("merge", A, B, "-o", tmp_path / "out", "--certify") == 1
+
+    assert "certif" not in capsys.readouterr().out
+    assert "certificate" not in json.loads((tmp_path / "out" / "alignment.json").read_text())

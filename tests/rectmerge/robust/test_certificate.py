@@ -1,0 +1,152 @@
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rectmerge.errors import InputError
+from rectmerge.robust.cells import MapCells
+from rectmerge.robust.certificate import AWAY, certify
+from rectmerge.robust.facescore import PADDING, FaceScore, total
+from rectmerge.robust.features import extract_features
+from rectmerge.similarity import Similarity
+from tests import naive
+from tests.rectmerge.robust import plans
+
+ROW = [*(plans.box(40 * i, 0, 34, 50) for i in range(8)), *(plans.box(40 * i + 33, 20, 8, 10) for i in range(7))]
+
+
+def office_pair() -> tuple[plans.View, plans.View, Similarity]:
+    a = plans.see(plans.office(3), degrees=20, noise=1, seed=1)
+    b = plans.see(plans.office(3), degrees=70, scale=1.1, window=(-8, -8, 200, 236), noise=1, seed=2)
+    return a, b, a.pixels.inverse() @ b.pixels
+
+
+@pytest.fixture(scope="module")
+def office_score() -> FaceScore:
+    a, b, pixels = office_pair()
+    features = [extract_features(MapCells.of(view.grid.occupancy)) for view in (a, b)]
+    return FaceScore.of(features[0], features[1], pixels)
+
+
+def random_boxes(score: FaceScore, rng: np.random.Generator, count: int, largest_cells: float):
+    """Draw boxes about the accepted placement and anywhere, of all sizes."""
+    height, width = score.a.free.shape
+    angles = score.given[0] + rng.integers(-1, 3, count) * np.pi / 2 + rng.uniform(-0.6, 0.6, count)
+    anywhere = np.column_stack([angles, rng.uniform(-0.7, 0.7, count), rng.uniform(-60, [width, height], (count, 2))])
+    middles = np.where(rng.random((count, 1)) < 0.3, score.given, anywhere)
+    size = largest_cells * rng.random((count, 3)) ** 3
+    return np.column_stack([middles, np.minimum(size[:, :2] / score.b.radius, 0.15), size[:, 2]])
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.6, 4.0, 60.0]))
+def test_no_placement_in_a_box_scores_more_than_its_bound(office_score, seed, largest_cells):
+    rng = np.random.default_rng(seed)
+    boxes = random_boxes(office_score, rng, 20, largest_cells)
+    inside = np.repeat(boxes, 40, axis=0)
+    corners = rng.choice([-1.0, 0.0, 1.0], (len(inside), 4))
+    offsets = np.where(rng.random((len(inside), 1)) < 0.5, corners, rng.uniform(-1, 1, (len(inside), 4)))
+    placements = inside[:, :4] + offsets * inside[:, [4, 5, 6, 6]]
+    shares = office_score.unbounded(len(boxes))
+
+    office_score.lower(boxes, shares, -(1 << 40))
+
+    scores = office_score.of_placements(placements).reshape(len(boxes), -1)
+    assert (scores <= total(shares)[:, None]).all()
+
+
+def test_a_box_of_one_placement_is_bounded_by_its_score(office_score):
+    boxes = random_boxes(office_score, np.random.default_rng(0), 50, 0.0)
+    shares = office_score.unbounded(len(boxes))
+
+    office_score.lower(boxes, shares, -(1 << 40))
+
+    assert total(shares).tolist() == office_score.of_placements(boxes[:, :4]).tolist()
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1))
+def test_scores_are_those_of_a_slow_loop(office_score, seed):
+    placements = random_boxes(office_score, np.random.default_rng(seed), 5, 1.0)[:, :4]
+    quarters = np.rint((placements[:, 0] - office_score.given[0]) / (np.pi / 2)).astype(int)
+    fields = [gains[0, :, PADDING:, PADDING:] for gains in office_score.gains]
+    common = office_score.groups, office_score.faces, office_score.centre, *fields
+
+    scores = office_score.of_placements(placements)
+
+    slow = [naive.face_score(placement, q, *common) for placement, q in zip(placements, quarters, strict=True)]
+    assert scores.tolist() == slow
+
+
+def test_bounds_that_are_known_already_never_rise(office_score):
+    boxes = random_boxes(office_score, np.random.default_rng(1), 50, 30.0)
+    known = np.random.default_rng(2).integers(-500, 500, (50, len(office_score.groups))).astype(np.int16)
+    shares = known.copy()
+
+    office_score.lower(boxes, shares, 300)
+
+    assert (shares <= known).all()
+    assert (shares[total(known) < 300] == known[total(known) < 300]).all()
+
+
+def test_a_distinctive_office_is_certified():
+    a, b, pixels = office_pair()
+
+    found = certify(a.grid, b.grid, pixels, scale=(1.08, 1.12), seconds=120)
+
+    assert found
+    assert found.counterexample is None
+    assert 0 < found.best_elsewhere < (1 - found.margin) * found.score
+    assert str(found).startswith("yes: nothing elsewhere scores 90%")
+    assert {"certified", "margin", "score", "best_elsewhere", "seconds", "boxes"} <= set(found.as_dict())
+
+
+def test_a_row_of_identical_cells_is_not_and_what_scores_alike_is_shown():
+    a, b = plans.see(ROW), plans.see(ROW, degrees=30, window=(-8, -8, 168, 66))
+    pixels = a.pixels.inverse() @ b.pixels
+
+    found = certify(a.grid, b.grid, pixels, scale=(0.98, 1.02), seconds=120)
+
+    assert not found
+    assert found.counterexample is not None
+    middle = np.array(b.grid.shape[::-1]) / 2
+    landmarks = middle + np.array([[90.0, 0.0], [0.0, 90.0], [-90.0, 0.0], [0.0, -90.0]])
+    moved = np.hypot(*(found.counterexample.apply(landmarks) - pixels.apply(landmarks)).T).max()
+    assert moved > AWAY * np.hypot(*(np.ptp(np.argwhere(a.grid.occupancy >= 0), axis=0) + 1))
+    features = [extract_features(MapCells.of(view.grid.occupancy)) for view in (a, b)]
+    alone = FaceScore.of(features[0], features[1], found.counterexample).accepted / 32
+    assert found.counterexample_score >= (1 - found.margin) * found.score
+    assert alone > 0.75 * found.score  # scored anew, with ways counted from the other placement
+
+
+def test_the_time_limit_holds_within_a_second_and_the_gap_is_told():
+    a, b, pixels = office_pair()
+    reading = min(certify(a.grid, b.grid, pixels, scale=(0.5, 2.0), seconds=1e-9).seconds for _ in range(3))
+    started = time.perf_counter()
+
+    found = certify(a.grid, b.grid, pixels, scale=(0.5, 2.0), seconds=0.3)
+
+    assert time.perf_counter() - started < reading + 0.3 + 1.0
+    assert not found
+    assert found.best_elsewhere > (1 - found.margin) * found.score
+    assert "not in time" in str(found)
+
+
+def test_a_placement_no_better_than_chance_is_not_certified():
+    a, b, pixels = office_pair()
+
+    found = certify(a.grid, b.grid, pixels @ Similarity(1.0, 0.4, 31.0, 17.0), scale=(1.0, 1.2))
+
+    assert not found
+    assert found.counterexample is None or found.score > 0
+
+
+def test_bad_words_are_refused():
+    a, b, pixels = office_pair()
+
+    with pytest.raises(InputError, match="seconds must be > 0"):
+        certify(a.grid, b.grid, pixels, scale=(0.5, 2.0), seconds=0.0)
+    with pytest.raises(InputError, match="scale must satisfy"):
+        certify(a.grid, b.grid, pixels, scale=(2.0, 0.5))
