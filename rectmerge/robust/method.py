@@ -42,10 +42,11 @@ _Answer = tuple[Fit, Agreement, Evidence]
 class Robust:
     """Align by rectangles and walls; says how sure it is, and no.
 
-    Every pair of maximal empty rectangles that could be the same room, in four quarter turns, proposes a placement.
-    The walls of each map, against the other's distance field, judge it: by their log-likelihood ratio against chance.
-    The best are refined; the best of all is accepted if no distinct placement comes close, and made exact on the
-    cells of the given maps.
+    Every pair of maximal empty rectangles that could be the same room, in four quarter turns, proposes a placement;
+    where these do not convince, so does every shift, correlated at every scale. Of each the walls judge, face by face:
+    what meets a face of the other map that looks the same way, and what lies where the other map is free. The best has
+    to hold against every shift and quarter turn at its own scale; it is accepted if it is then the one probable answer,
+    and made exact on the cells of the given maps.
 
     Parameters
     ----------
