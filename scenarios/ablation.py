@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.shrinking import SPECK, SURFACE, describe_walls
 from rectmerge.methods import make_method
-from rectmerge.robust import cells, features, hypotheses, method, search, verdict
+from rectmerge.robust import cells, features, hypotheses, method, search, sides
 from rectmerge.robust.features import dominant_angles
 from rectmerge.robust.likelihood import JUDGED_NOISES, Judge
 from rectmerge.robust.refinement import Fit, fit_surfaces
+from rectmerge.robust.search import Search
+from rectmerge.robust.weighing import Weights
 from scenarios.pairs import MapPair
 from scenarios.rows import Contender, Row, answer, row_of
 
@@ -68,11 +70,6 @@ def _no_two_sided_pairs(*arguments: Any) -> int:
     return int(arguments[-1])
 
 
-def _full_overlaps(placements: NDArray[np.float64], *_: features.Features) -> NDArray[np.float64]:
-    """Stand in for `sampled_overlaps`, which the ranking reads: the overlap damps nothing."""
-    return np.ones(len(placements))
-
-
 def _placement_kept(placement: NDArray[np.float64], *arguments: Any, **options: Any) -> Fit:
     """Stand in for `fit_surfaces`: its measurements without its move."""
     return dataclasses.replace(fit_surfaces(placement, *arguments, **options), placement=placement)
@@ -81,6 +78,21 @@ def _placement_kept(placement: NDArray[np.float64], *arguments: Any, **options: 
 def _no_bent_score(judge: Judge, placements: NDArray[np.float64]) -> NDArray[np.float64]:
     """Stand in for `Judge.score_bent`: no placement gains from blocks that shift by themselves."""
     return np.zeros(len(placements))
+
+
+def _no_placements(*_: Any) -> NDArray[np.float64]:
+    """Stand in for what proposes placements: none."""
+    return np.empty((0, 4))
+
+
+def _all_faces_alike(lengths: NDArray[np.float64], *_: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Stand in for `run_lengths`: every face is part of a long run."""
+    return np.full(len(lengths), np.inf)
+
+
+def _no_odds(weights: Weights, *_: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Stand in for one of the two models: it finds nothing plausible."""
+    return np.full(len(weights.met), -30.0)
 
 
 def _strong_frames(map_: method._Map, _: int) -> list[features.Frame]:
@@ -115,7 +127,15 @@ ABLATIONS = (
     Ablation(name="frames all round", patches=((method, "WEAK_CONTRAST", 0.0),)),
     Ablation(name="finer grid for narrow passages", patches=((features, "LARGEST_DIAGONAL_CELLS", 400.0),)),
     Ablation(name="removal of specks", patches=((cells, "describe_walls", no_specks), (features, "SPECK_CELLS", 0))),
-    Ablation(name="damping by the overlap", patches=((search, "sampled_overlaps", _full_overlaps),)),
+    Ablation(name="damping by the overlap", patches=((search, "DAMPING_RIGID", 0.0), (search, "DAMPING_LOOSE", 0.0))),
+    Ablation(
+        name="every shift, where rectangles do not convince", patches=((Search, "by_correlation", _no_placements),)
+    ),
+    Ablation(name="rivals at the same scale", patches=((Search, "rivals_of", _no_placements),)),
+    Ablation(name="walls apart from things", patches=((sides, "run_lengths", _all_faces_alike),)),
+    Ablation(name="the model of rigid maps", patches=((search, "rigid_odds", _no_odds),)),
+    Ablation(name="the model of bent maps", patches=((search, "bent_odds", _no_odds),)),
+    Ablation(name="the mirror image as a rival", patches=((method, "SURE_AT", 0.0),)),
     *(
         Ablation(
             name=f"wall noises other than {name}", patches=((search, "JUDGED_NOISES", (noise,) * len(JUDGED_NOISES)),)
@@ -125,8 +145,4 @@ ABLATIONS = (
     Ablation(name="walls that bend block by block", patches=((Judge, "score_bent", _no_bent_score),)),
     Ablation(name="rigid and bent forms", patches=((search, "ONTO_RIGID", ()), (search, "ONTO_BENT", ()))),
     Ablation(name="fit of the surfaces", patches=((method, "fit_surfaces", _placement_kept),)),
-    *(
-        Ablation(name=f"verdict's term {name}", patches=((verdict, name.upper(), 0.0),))
-        for name in ("rival", "missing", "contradiction")
-    ),
 )

@@ -62,7 +62,7 @@ class Sides:
                 u, v = np.rint(features.walls + cells * way).astype(np.intp).T
                 faces[:, k] &= features.free[v.clip(0, height - 1), u.clip(0, width - 1)]
             facing = features.walls[faces[:, k]]
-            is_long[faces[:, k], k] = _run_lengths(facing @ way, facing @ [-way[1], way[0]]) >= LONG_CELLS
+            is_long[faces[:, k], k] = run_lengths(facing @ way, facing @ [-way[1], way[0]]) >= LONG_CELLS
             u, v = np.rint(facing).astype(np.intp).T
             marked = np.zeros((height, width), np.bool_)
             marked[v, u] = True
@@ -75,7 +75,7 @@ class Sides:
         return np.stack([gain_table(count, noise) for count in self.counts]).astype(np.float32)
 
 
-def _run_lengths(across: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[np.float64]:
+def run_lengths(across: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[np.float64]:
     """Measure the straight run that each point is part of, shape (N,): points in a row along, close across."""
     if len(across) == 0:
         return np.empty(0)
