@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.shrinking import SPECK, SURFACE, describe_walls
 from rectmerge.methods import make_method
-from rectmerge.robust import cells, features, hypotheses, method, search, sides
+from rectmerge.robust import cells, features, hypotheses, method, search, sides, verdict
 from rectmerge.robust.features import dominant_angles
 from rectmerge.robust.likelihood import JUDGED_NOISES, Judge
 from rectmerge.robust.refinement import Fit, fit_surfaces
@@ -135,7 +135,7 @@ ABLATIONS = (
     Ablation(name="walls apart from things", patches=((sides, "run_lengths", _all_faces_alike),)),
     Ablation(name="the model of rigid maps", patches=((search, "rigid_odds", _no_odds),)),
     Ablation(name="the model of bent maps", patches=((search, "bent_odds", _no_odds),)),
-    Ablation(name="the mirror image as a rival", patches=((method, "SURE_AT", 0.0),)),
+    Ablation(name="the mirror image as a rival", patches=((verdict, "SURE_AT", 0.0),)),
     *(
         Ablation(
             name=f"wall noises other than {name}", patches=((search, "JUDGED_NOISES", (noise,) * len(JUDGED_NOISES)),)

@@ -23,7 +23,7 @@ from scenarios.score import RIGHT
 STEPS, RATE = 3000, 0.02
 BENT_FROM = 0.002  # residual over extent
 PENALTY = 2e-4  # of squared weights of standardised terms
-AGAINST = ("far", "things_off", "missing")  # terms that can only speak against a placement; others only for it
+AGAINST = ("things_off", "missing")  # terms that can only speak against a placement; others only for it
 SIGNS = np.array([0 if name == "one" else -1 if name in AGAINST else 1 for name in model.RIGID_TERMS])
 ALIKE = ("hospital",)  # families of rooms that are alike: their wrong placements look like right ones
 

@@ -26,7 +26,7 @@ from rectmerge.robust.features import (
 )
 from rectmerge.robust.refinement import RIVAL_POINTS, SURFACE_POINTS, Fit, Surface, fit_surfaces, to_pixels
 from rectmerge.robust.search import Ranking, Search
-from rectmerge.robust.verdict import ACCEPT_AT, SURE_AT, Evidence, judge, others, share
+from rectmerge.robust.verdict import ACCEPT_AT, Evidence, judge, others, share
 from rectmerge.robust.weighing import Scales
 from rectmerge.similarity import Similarity
 
@@ -100,7 +100,7 @@ class Robust:
             return Alignment(verdict="rejected", reason=reason, method=self.name, quality=quality)
         answers = self._exact(search, ranking, fixed, moving, bounds)
         is_mirrored = False
-        if answers[0][2].probability < SURE_AT:
+        if not answers[0][2].is_sure:
             answers, is_mirrored = self._beside_mirror_image(answers, fixed, moving, bounds, rng)
         verdict, best = judge(answers[0][2]), answers[0][2]
         if verdict == "accepted":

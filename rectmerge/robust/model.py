@@ -11,20 +11,8 @@ from numpy.typing import NDArray
 
 from rectmerge.robust.weighing import Weights
 
-RIGID_TERMS = (
-    "one",
-    "met",
-    "near",
-    "far",
-    "log_met",
-    "things_met",
-    "things_off",
-    "log_things_met",
-    "missing",
-    "log_overlap",
-    "root_iou",
-)
-RIGID = np.array([-5.76, 0.37, 5.5, 0.0, 0.0, 3.57, -12.12, 1.02, -40.91, 2.29, 0.0])
+RIGID_TERMS = ("one", "met", "near", "things_met", "things_off", "log_things_met", "missing", "log_overlap")
+RIGID = np.array([-7.03, 0.83, 5.05, 3.54, -11.22, 1.25, -43.38, 2.37])
 BENT_TERMS = ("one", "root_iou", "support", "missing", "much_missing")
 BENT = np.array([-8.0, 11.3, 10.0, -15.0, -80.0])
 LEAST_OVERLAP, FEWEST_MET, LARGEST_SUPPORT, MUCH_MISSING = 0.03, 20.0, 1.5, 0.1
@@ -36,14 +24,11 @@ def rigid_terms(weights: Weights) -> NDArray[np.float64]:
         np.ones_like(weights.met),
         weights.met,
         weights.near,
-        weights.far,
-        np.log(weights.judged * weights.met + FEWEST_MET),
         weights.things_met,
         1.0 - weights.things_met - weights.things_far,
         np.log(weights.things * weights.things_met + FEWEST_MET),
         weights.missing,
         np.log(weights.overlap + LEAST_OVERLAP),
-        np.sqrt(weights.iou),
     )
     return np.stack(columns, axis=1)
 
@@ -78,8 +63,8 @@ def bent_odds(weights: Weights, support: NDArray[np.float64]) -> NDArray[np.floa
 def plausibility(rigid: NDArray[np.float64], bent: NDArray[np.float64]) -> NDArray[np.float64]:
     """Log-odds of each of a pair's candidates, shape (N,): as rigid maps, or as bent ones where no rigid one convinces.
 
-    Where some candidate is right as rigid maps, with a probability P, being right as bent maps counts 1 - P.
+    Where none is right as rigid maps with a probability P, being right as bent maps counts P.
     """
-    none_is_rigid = -np.logaddexp.reduce(np.append(rigid, 0.0))
+    none_is_rigid = -np.logaddexp.reduce(np.append(rigid, 0.0))  # log P
     odds: NDArray[np.float64] = np.logaddexp(rigid, bent + none_is_rigid)
     return odds

@@ -24,6 +24,7 @@ SEARCH_POINTS, FINAL_POINTS = 300, 800  # wall points of each map in the two ref
 SAME_CELLS = 4.0  # hypotheses closer than this, in working cells, are one
 SAME_FIT_CELLS = 3.0  # so are refined ones
 SAME_RADIUS = 0.2  # answers closer than this share of the map's radius say the same
+NEARLY_AS_PLAUSIBLE = 1.0  # difference of log-odds
 FITS = 15  # refined placements of rectangles that are judged in full
 SHIFTS, RIVALS = 8, 5  # correlated shifts kept of each turn: of every scale, and beside the best placement
 SWEPT = 48  # correlated placements that are refined and judged in full
@@ -134,11 +135,27 @@ class Search:
 
     def ranked(self, ranking: Ranking) -> Ranking:
         """Order placements that were judged, most plausible first, and keep the distinct ones."""
-        order = np.argsort(-np.logaddexp(ranking.rigid, ranking.bent), kind="stable")
+        odds = np.logaddexp(ranking.rigid, ranking.bent)
+        order = np.argsort(-odds, kind="stable")
         apart = max(SAME_FIT_CELLS, SAME_RADIUS * self.a.radius)
-        kept = ranking.of(order[distinct(ranking.placements[order], self.b.landmarks, apart, KEPT)])
+        heads = order[distinct(ranking.placements[order], self.b.landmarks, apart, KEPT)]
+        kept = ranking.of(self._likeliest_beside(heads, ranking, odds, apart))
         weighed = replace(kept, plausibility=plausibility(kept.rigid, kept.bent))
         return weighed.of(np.argsort(-weighed.plausibility, kind="stable"))
+
+    def _likeliest_beside(
+        self, heads: NDArray[np.intp], ranking: Ranking, odds: NDArray[np.float64], apart: float
+    ) -> NDArray[np.intp]:
+        """Of the placements that say the same as each head and are nearly as plausible, take the likeliest."""
+        a, b, tx, ty = ranking.placements.T[:, :, None]
+        u, v = self.b.landmarks.T
+        at = np.stack([a * u - b * v + tx, b * u + a * v + ty])  # (2, N, landmarks)
+        best = []
+        for head in heads:
+            is_same = np.abs(at - at[:, [head]]).max(axis=(0, 2)) < apart
+            is_same &= odds >= odds[head] - NEARLY_AS_PLAUSIBLE
+            best.append(np.argmax(np.where(is_same, ranking.likelihood, -np.inf)))
+        return np.array(best, np.intp)
 
     def _likelihoods(self, placements: NDArray[np.float64], overlaps: NDArray[np.float64]) -> NDArray[np.float64]:
         scores = np.array([self._judge(noise).score(placements) for noise in JUDGED_NOISES])  # (K, N)

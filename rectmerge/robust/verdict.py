@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from rectmerge.alignment import Verdict
 
-ACCEPT_AT = 0.9  # probability
+ACCEPT_AT = 0.85  # probability
 AMBIGUOUS_AT = 0.6  # probability that the placement would have without its rivals
-SURE_AT = 0.998  # probability from which the mirror image need not be asked
+SURE_AT = 0.99  # probability, as rigid maps, from which the mirror image need not be asked
 LARGEST_SLACK_CELLS = 4.0  # a placement that can slide further than this along its walls is even odds at most
 
 
@@ -77,6 +77,11 @@ class Evidence:
     def probability_without_rivals(self) -> float:
         """The same if no other placement came close."""
         return share(self.plausibility)
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether the mirror image need not be asked: as rigid maps alone this is the answer."""
+        return share(self.rigid, self.rivals) >= SURE_AT
 
     @property
     def is_slack(self) -> bool:
