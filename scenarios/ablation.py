@@ -16,7 +16,7 @@ from rectmerge._kernels.shrinking import SPECK, SURFACE, describe_walls
 from rectmerge.methods import make_method
 from rectmerge.robust import cells, features, hypotheses, method, search, sides, verdict
 from rectmerge.robust.features import dominant_angles
-from rectmerge.robust.likelihood import JUDGED_NOISES, Judge
+from rectmerge.robust.likelihood import Judge
 from rectmerge.robust.refinement import Fit, fit_surfaces
 from rectmerge.robust.search import Search
 from rectmerge.robust.weighing import Weights
@@ -111,20 +111,14 @@ def no_specks(values: NDArray[np.int8], occupied: NDArray[np.int64]) -> tuple[ND
     return np.where(kinds == SPECK, SURFACE, kinds).astype(np.int8), normals
 
 
-_NOISES = dict(zip(("rigid", "drifting", "bent"), JUDGED_NOISES, strict=True))
 ABLATIONS = (
     Ablation(name="nothing: the method as it is"),
-    Ablation(name="rectangle pairs that agree in one side", patches=((hypotheses, "PLENTY", 0),)),
     Ablation(
         name="rectangle pairs that agree in both sides",
         patches=((hypotheses, "pair_by_both_sides", _no_two_sided_pairs),),
     ),
-    Ablation(name="60 rectangles for 120", fields=(("rectangles", 60),)),
-    Ablation(name="30 rectangles for 120", fields=(("rectangles", 30),)),
-    Ablation(name="25 refined for 60", fields=(("refined", 25),)),
     Ablation(name="every orthogonal frame but the first", patches=((method, "dominant_angles", _strongest_angle),)),
     Ablation(name="weaker wall directions", patches=((method._Map, "all_frames", _strong_frames),)),
-    Ablation(name="frames all round", patches=((method, "WEAK_CONTRAST", 0.0),)),
     Ablation(name="finer grid for narrow passages", patches=((features, "LARGEST_DIAGONAL_CELLS", 400.0),)),
     Ablation(name="removal of specks", patches=((cells, "describe_walls", no_specks), (features, "SPECK_CELLS", 0))),
     Ablation(name="damping by the overlap", patches=((search, "DAMPING_RIGID", 0.0), (search, "DAMPING_LOOSE", 0.0))),
@@ -136,12 +130,6 @@ ABLATIONS = (
     Ablation(name="the model of rigid maps", patches=((search, "rigid_odds", _no_odds),)),
     Ablation(name="the model of bent maps", patches=((search, "bent_odds", _no_odds),)),
     Ablation(name="the mirror image as a rival", patches=((verdict, "SURE_AT", 0.0),)),
-    *(
-        Ablation(
-            name=f"wall noises other than {name}", patches=((search, "JUDGED_NOISES", (noise,) * len(JUDGED_NOISES)),)
-        )
-        for name, noise in _NOISES.items()
-    ),
     Ablation(name="walls that bend block by block", patches=((Judge, "score_bent", _no_bent_score),)),
     Ablation(name="rigid and bent forms", patches=((search, "ONTO_RIGID", ()), (search, "ONTO_BENT", ()))),
     Ablation(name="fit of the surfaces", patches=((method, "fit_surfaces", _placement_kept),)),
