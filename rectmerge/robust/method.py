@@ -13,7 +13,7 @@ from rectmerge.alignment import Alignment, Candidate
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.overlap import Agreement, Comparison
-from rectmerge.quality import measure_quality
+from rectmerge.quality import MapQuality, measure_quality
 from rectmerge.robust import reasons
 from rectmerge.robust.cells import MapCells, trinary
 from rectmerge.robust.features import (
@@ -24,6 +24,7 @@ from rectmerge.robust.features import (
     extract_features,
     rectangles_in_frame,
 )
+from rectmerge.robust.model import bent_handicap
 from rectmerge.robust.refinement import RIVAL_POINTS, SURFACE_POINTS, Fit, Surface, fit_surfaces, to_pixels
 from rectmerge.robust.search import Ranking, Search
 from rectmerge.robust.verdict import ACCEPT_AT, Evidence, judge, others, share
@@ -85,7 +86,7 @@ class Robust:
     ) -> Alignment:
         """Place B on A; `scale` bounds the pixel scale (cells of A per cell of B)."""
         maps = self._read(a), self._read(b)
-        quality = {name: measure_quality(grid).as_dict() for name, grid in (("a", a), ("b", b))}
+        quality = {name: map_.quality.as_dict() for name, map_ in zip("ab", maps, strict=True)}
         for name, map_ in zip("AB", maps, strict=True):
             if map_.features is None:
                 reason = f"map {name} has no wall beside free space"
@@ -126,7 +127,7 @@ class Robust:
         )
 
     def _read(self, grid: OccupancyGrid) -> _Map:
-        return _Map.of(grid, MapCells.of(trinary(grid)), self.rectangles)
+        return _Map.of(grid, MapCells.of(trinary(grid)), measure_quality(grid), self.rectangles)
 
     def _search(
         self, fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator, last_stage: int = 2
@@ -144,6 +145,7 @@ class Robust:
             scale_bounds=_widened((scale[0] * b.factor / a.factor, scale[1] * b.factor / a.factor)),
             angle=fixed.angles[0][0],
             scales=Scales(a, b, fixed.angles[0][0]),
+            handicap=bent_handicap(max(fixed.thickness_cells, moving.thickness_cells)),
             screened=self.screened,
             refined=self.refined,
         )
@@ -189,7 +191,7 @@ class Robust:
 
         The mirror image is searched as far as the maps were, where the best answer might be accepted.
         """
-        flipped = _Map.of(moving.grid, moving.cells.mirrored(), self.rectangles)
+        flipped = _Map.of(moving.grid, moving.cells.mirrored(), moving.quality, self.rectangles)
         last_stage = 2 if answers[0][2].probability >= ACCEPT_AT else 1
         _, ranking = self._search(fixed, flipped, scale, rng, last_stage)
         if len(ranking) == 0:
@@ -205,18 +207,26 @@ class _Map:
 
     grid: OccupancyGrid
     cells: MapCells
+    quality: MapQuality
     features: Features | None
     angles: Sequence[tuple[float, float]] = ()
     frames: Sequence[Frame] = ()
 
     @classmethod
-    def of(cls, grid: OccupancyGrid, cells: MapCells, rectangles: int) -> _Map:
+    def of(cls, grid: OccupancyGrid, cells: MapCells, quality: MapQuality, rectangles: int) -> _Map:
         features = extract_features(cells)
         if features is None:
-            return cls(grid, cells, None)
+            return cls(grid, cells, quality, None)
         angles = dominant_angles(features)
         strong = [angle for angle, contrast in angles[:2] if contrast >= STRONG * angles[0][1]]
-        return cls(grid, cells, features, angles, [rectangles_in_frame(features, at, most=rectangles) for at in strong])
+        return cls(
+            grid,
+            cells,
+            quality,
+            features,
+            angles,
+            [rectangles_in_frame(features, at, most=rectangles) for at in strong],
+        )
 
     @property
     def frame_angles(self) -> list[float]:
@@ -232,6 +242,11 @@ class _Map:
     def contrast(self) -> float:
         """How much the walls pile up along the first frame."""
         return self.angles[0][1]
+
+    @property
+    def thickness_cells(self) -> float:
+        """How thick the walls are."""
+        return self.quality.wall_thickness_cells or 1.0
 
     @property
     def walled(self) -> Features:

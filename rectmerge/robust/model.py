@@ -6,6 +6,8 @@ was fitted to hand-held maps of a few real places, and weighs less where rigid m
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,7 @@ RIGID_TERMS = ("one", "met", "near", "things_met", "things_off", "log_things_met
 RIGID = np.array([-7.03, 0.83, 5.05, 3.54, -11.22, 1.25, -43.38, 2.37])
 BENT_TERMS = ("one", "root_iou", "support", "missing", "much_missing")
 BENT = np.array([-8.0, 11.3, 10.0, -15.0, -80.0])
+FAT_CELLS, THIN = 2.8, 5.0  # maps whose walls are thinner than this are less likely bent: log-odds per log thickness
 LEAST_OVERLAP, FEWEST_MET, LARGEST_SUPPORT, MUCH_MISSING = 0.03, 20.0, 1.5, 0.1
 
 
@@ -58,6 +61,15 @@ def bent_odds(weights: Weights, support: NDArray[np.float64]) -> NDArray[np.floa
     )
     odds: NDArray[np.float64] = np.stack(columns, axis=1) @ BENT
     return odds
+
+
+def bent_handicap(thickness_cells: float) -> float:
+    """Log-odds by which maps are less likely bent if the walls of the fatter one are this thick; 0 if they are fat.
+
+    Where poses are wrong, walls are drawn again and again beside themselves: a map with crisp walls was made by good
+    poses.
+    """
+    return THIN * min(0.0, math.log(max(thickness_cells, 1.0) / FAT_CELLS))
 
 
 def plausibility(rigid: NDArray[np.float64], bent: NDArray[np.float64]) -> NDArray[np.float64]:

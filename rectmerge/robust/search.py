@@ -82,6 +82,8 @@ class Search:
         Of the strongest directions of A's walls, radians.
     scales
         What placements are weighed on.
+    handicap
+        Log-odds by which the maps are less likely bent, 0 or below.
     screened, refined
         Hypotheses kept by the first screening, and refined.
     """
@@ -93,6 +95,7 @@ class Search:
     scale_bounds: tuple[float, float]
     angle: float
     scales: Scales
+    handicap: float
     screened: int
     refined: int
 
@@ -127,7 +130,7 @@ class Search:
             likelihood=likelihood,
             support=support,
             rigid=(rigid := rigid_odds(weights)),
-            bent=(bent := bent_odds(weights, support)),
+            bent=(bent := bent_odds(weights, support) + self.handicap),
             plausibility=np.logaddexp(rigid, bent),
             **vars(weights),
         )

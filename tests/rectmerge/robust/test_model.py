@@ -3,7 +3,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from rectmerge.robust.model import RIGID, RIGID_TERMS, bent_odds, plausibility, rigid_odds, rigid_terms
+from rectmerge.robust.model import (
+    FAT_CELLS,
+    RIGID,
+    RIGID_TERMS,
+    bent_handicap,
+    bent_odds,
+    plausibility,
+    rigid_odds,
+    rigid_terms,
+)
 from rectmerge.robust.weighing import Weights
 
 GOOD = Weights(
@@ -53,3 +62,8 @@ def test_bent_maps_count_where_no_rigid_ones_convince():
 
     assert plausibility(np.array([-9.0, -9.0]), bent)[0] == pytest.approx(6.0, abs=0.01)
     assert plausibility(np.array([-9.0, 8.0]), bent)[0] < 0
+
+
+def test_maps_with_thin_walls_are_less_likely_bent():
+    assert bent_handicap(FAT_CELLS) == bent_handicap(5.0) == 0.0
+    assert bent_handicap(1.0) < bent_handicap(2.0) < 0.0

@@ -27,6 +27,7 @@ def searched(a, b, *, bounds=(0.3, 3.0), seed=0):
         scale_bounds=bounds,
         angle=angle,
         scales=Scales(one, two, angle),
+        handicap=0.0,
         screened=1000,
         refined=120,
     )
