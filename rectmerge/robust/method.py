@@ -36,6 +36,7 @@ AT_LIMIT = 1e-4  # a scale this close to a widened bound, as a share, was stoppe
 STRONG = 0.5  # a second direction is as good as the first from this share of its contrast
 WEAK_CONTRAST = 0.6  # a map whose walls pile up less than this in any direction may have none that dominates
 ALL_ROUND_STEP_DEG = 5  # between the frames that are tried then
+MIRRORED_BY = 3.0  # log-odds by which a mirror image fits better before the maps are called mirrored
 _Answer = tuple[Fit, Agreement, Evidence]
 
 
@@ -198,7 +199,7 @@ class Robust:
             return answers, False
         decoy = float(ranking.plausibility[0])
         weighed = [(fit, agreement, dataclasses.replace(evidence, decoy=decoy)) for fit, agreement, evidence in answers]
-        return weighed, _convinces(ranking) and decoy > answers[0][2].plausibility
+        return weighed, _convinces(ranking) and decoy > answers[0][2].plausibility + MIRRORED_BY
 
 
 @dataclass(frozen=True, slots=True, eq=False)
