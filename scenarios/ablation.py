@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.shrinking import SPECK, SURFACE, describe_walls
 from rectmerge.methods import make_method
-from rectmerge.robust import cells, features, hypotheses, method, search, sides, verdict
+from rectmerge.robust import cells, features, hypotheses, method, reading, search, sides, verdict
 from rectmerge.robust.features import dominant_angles
 from rectmerge.robust.likelihood import Judge
+from rectmerge.robust.reading import ReadMap
 from rectmerge.robust.refinement import Fit, fit_surfaces
 from rectmerge.robust.search import Search
 from rectmerge.robust.weighing import Weights
@@ -95,8 +96,8 @@ def _no_odds(weights: Weights, *_: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.full(len(weights.met), -30.0)
 
 
-def _strong_frames(map_: method._Map, _: int) -> list[features.Frame]:
-    """Stand in for `_Map.all_frames`: nothing but what was tried before."""
+def _strong_frames(map_: ReadMap, _: int) -> list[features.Frame]:
+    """Stand in for `ReadMap.all_frames`: nothing but what was tried before."""
     return [*map_.frames]
 
 
@@ -117,8 +118,8 @@ ABLATIONS = (
         name="rectangle pairs that agree in both sides",
         patches=((hypotheses, "pair_by_both_sides", _no_two_sided_pairs),),
     ),
-    Ablation(name="every orthogonal frame but the first", patches=((method, "dominant_angles", _strongest_angle),)),
-    Ablation(name="weaker wall directions", patches=((method._Map, "all_frames", _strong_frames),)),
+    Ablation(name="every orthogonal frame but the first", patches=((reading, "dominant_angles", _strongest_angle),)),
+    Ablation(name="weaker wall directions", patches=((ReadMap, "all_frames", _strong_frames),)),
     Ablation(name="finer grid for narrow passages", patches=((features, "LARGEST_DIAGONAL_CELLS", 400.0),)),
     Ablation(name="removal of specks", patches=((cells, "describe_walls", no_specks), (features, "SPECK_CELLS", 0))),
     Ablation(name="damping by the overlap", patches=((search, "DAMPING_RIGID", 0.0), (search, "DAMPING_LOOSE", 0.0))),

@@ -51,6 +51,15 @@ class MapCells:
             normals=self.normals * np.array([-1, 1], np.float32),
         )
 
+    def roughness(self) -> float:
+        """Share of neighbouring known cells of which one is free and one occupied, 0..1."""
+        values, differ, pairs = self.values, 0, 0
+        for one, two in ((values[1:], values[:-1]), (values[:, 1:], values[:, :-1])):
+            is_known = (one >= 0) & (two >= 0)
+            differ += int(np.count_nonzero(is_known & (one != two)))
+            pairs += int(np.count_nonzero(is_known))
+        return differ / max(1, pairs)
+
     def free_counts(self, row_ends: NDArray[np.intp], col_ends: NDArray[np.intp]) -> NDArray[np.int32]:
         """Count the free cells between successive ends (h + 1,) of rows and (w + 1,) of columns, shape (h, w)."""
         total = cv2.integral((self.values == FREE).view(np.uint8))

@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from rectmerge.alignment import Alignment, Candidate
+from rectmerge.alignment import Alignment, Candidate, Verdict
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.overlap import Agreement, Comparison
-from rectmerge.quality import MapQuality, measure_quality
+from rectmerge.quality import measure_quality
 from rectmerge.robust import reasons
 from rectmerge.robust.cells import MapCells, trinary
 from rectmerge.robust.features import (
     QUARTER_TURN_DEG,
-    Features,
-    Frame,
-    dominant_angles,
-    extract_features,
     rectangles_in_frame,
 )
 from rectmerge.robust.model import bent_handicap
+from rectmerge.robust.reading import ReadMap
 from rectmerge.robust.refinement import RIVAL_POINTS, SURFACE_POINTS, Fit, Surface, fit_surfaces, to_pixels
 from rectmerge.robust.search import Ranking, Search
 from rectmerge.robust.verdict import ACCEPT_AT, Evidence, judge, others, share
@@ -33,7 +29,6 @@ from rectmerge.similarity import Similarity
 
 REFINED_BEYOND = 0.05  # refinement may leave the bounds of the scale by this share
 AT_LIMIT = 1e-4  # a scale this close to a widened bound, as a share, was stopped there
-STRONG = 0.5  # a second direction is as good as the first from this share of its contrast
 WEAK_CONTRAST = 0.6  # a map whose walls pile up less than this in any direction may have none that dominates
 ALL_ROUND_STEP_DEG = 5  # between the frames that are tried then
 MIRRORED_BY = 3.0  # log-odds by which a mirror image fits better before the maps are called mirrored
@@ -104,16 +99,7 @@ class Robust:
         is_mirrored = False
         if not answers[0][2].is_sure:
             answers, is_mirrored = self._beside_mirror_image(answers, fixed, moving, bounds, rng)
-        verdict, best = judge(answers[0][2]), answers[0][2]
-        if verdict == "accepted":
-            reason = reasons.accepted(best)
-        elif is_mirrored:
-            verdict, reason = "rejected", "the maps fit when one is mirrored: is one image flipped?"
-        elif verdict == "ambiguous":
-            reason = reasons.ambiguous(best)
-        else:
-            free_cells = {name: int(np.count_nonzero(map_.walled.free)) for name, map_ in zip("ab", maps, strict=True)}
-            reason = reasons.rejected(best, quality, free_cells)
+        verdict, reason = self._verdict(answers[0][2], is_mirrored, maps)
         candidates = tuple(
             _candidate(fit.inverse() if swapped else fit, agreement, evidence, a, b)
             for fit, agreement, evidence in answers
@@ -127,11 +113,21 @@ class Robust:
             quality=quality,
         )
 
-    def _read(self, grid: OccupancyGrid) -> _Map:
-        return _Map.of(grid, MapCells.of(trinary(grid)), measure_quality(grid), self.rectangles)
+    def _read(self, grid: OccupancyGrid) -> ReadMap:
+        return ReadMap.of(grid, MapCells.of(trinary(grid)), measure_quality(grid), self.rectangles)
+
+    def _verdict(self, best: Evidence, is_mirrored: bool, maps: tuple[ReadMap, ReadMap]) -> tuple[Verdict, str]:
+        verdict = judge(best)
+        if verdict == "accepted":
+            return verdict, reasons.accepted(best)
+        if is_mirrored:
+            return "rejected", "the maps fit when one is mirrored: is one image flipped?"
+        return verdict, reasons.not_accepted(
+            verdict, best, {name: map_.facts for name, map_ in zip("AB", maps, strict=True)}
+        )
 
     def _search(
-        self, fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator, last_stage: int = 2
+        self, fixed: ReadMap, moving: ReadMap, scale: tuple[float, float], rng: np.random.Generator, last_stage: int = 2
     ) -> tuple[Search, Ranking]:
         """Search by rectangles in the strongest orthogonal frames; where that does not convince, by every shift.
 
@@ -163,7 +159,7 @@ class Robust:
         return search, _against_rivals(search, search.ranked(ranking.beside(search.rank(np.concatenate(fits)))))
 
     def _exact(
-        self, search: Search, ranking: Ranking, fixed: _Map, moving: _Map, scale: tuple[float, float]
+        self, search: Search, ranking: Ranking, fixed: ReadMap, moving: ReadMap, scale: tuple[float, float]
     ) -> list[_Answer]:
         """Make the best placements exact on the maps' own cells, and gather what speaks for each."""
         surfaces = Surface.of(fixed.cells), Surface.of(moving.cells)
@@ -186,13 +182,18 @@ class Robust:
         return answers
 
     def _beside_mirror_image(
-        self, answers: list[_Answer], fixed: _Map, moving: _Map, scale: tuple[float, float], rng: np.random.Generator
+        self,
+        answers: list[_Answer],
+        fixed: ReadMap,
+        moving: ReadMap,
+        scale: tuple[float, float],
+        rng: np.random.Generator,
     ) -> tuple[list[_Answer], bool]:
         """Weigh the answers against the mirror image's best placement; tell whether that one fits, and better.
 
         The mirror image is searched as far as the maps were, where the best answer might be accepted.
         """
-        flipped = _Map.of(moving.grid, moving.cells.mirrored(), moving.quality, self.rectangles)
+        flipped = ReadMap.of(moving.grid, moving.cells.mirrored(), moving.quality, self.rectangles)
         last_stage = 2 if answers[0][2].probability >= ACCEPT_AT else 1
         _, ranking = self._search(fixed, flipped, scale, rng, last_stage)
         if len(ranking) == 0:
@@ -200,64 +201,6 @@ class Robust:
         decoy = float(ranking.plausibility[0])
         weighed = [(fit, agreement, dataclasses.replace(evidence, decoy=decoy)) for fit, agreement, evidence in answers]
         return weighed, _convinces(ranking) and decoy > answers[0][2].plausibility + MIRRORED_BY
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Map:
-    """A map with what was read off it: the directions in which its walls pile up, and the frames of the strong ones."""
-
-    grid: OccupancyGrid
-    cells: MapCells
-    quality: MapQuality
-    features: Features | None
-    angles: Sequence[tuple[float, float]] = ()
-    frames: Sequence[Frame] = ()
-
-    @classmethod
-    def of(cls, grid: OccupancyGrid, cells: MapCells, quality: MapQuality, rectangles: int) -> _Map:
-        features = extract_features(cells)
-        if features is None:
-            return cls(grid, cells, quality, None)
-        angles = dominant_angles(features)
-        strong = [angle for angle, contrast in angles[:2] if contrast >= STRONG * angles[0][1]]
-        return cls(
-            grid,
-            cells,
-            quality,
-            features,
-            angles,
-            [rectangles_in_frame(features, at, most=rectangles) for at in strong],
-        )
-
-    @property
-    def frame_angles(self) -> list[float]:
-        """The angles of the strong frames, radians."""
-        return [frame.angle for frame in self.frames]
-
-    def all_frames(self, rectangles: int) -> list[Frame]:
-        """Return the frames of all directions in which walls pile up, the strong ones first."""
-        weak = self.angles[len(self.frames) :]
-        return [*self.frames, *(rectangles_in_frame(self.walled, angle, most=rectangles) for angle, _ in weak)]
-
-    @property
-    def contrast(self) -> float:
-        """How much the walls pile up along the first frame."""
-        return self.angles[0][1]
-
-    @property
-    def thickness_cells(self) -> float:
-        """How thick the walls are."""
-        return self.quality.wall_thickness_cells or 1.0
-
-    @property
-    def walled(self) -> Features:
-        assert self.features is not None
-        return self.features
-
-    @property
-    def rank(self) -> tuple[float, ...]:
-        """An order of maps that does not depend on which of two is called A."""
-        return len(self.walled.walls), self.grid.occupancy.size, float(self.walled.walls.sum())
 
 
 def _against_rivals(search: Search, ranking: Ranking) -> Ranking:

@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
+from rectmerge.alignment import Verdict
 from rectmerge.robust.verdict import ACCEPT_AT, Evidence, without
 
 LEAST_FREE_CELLS = 1500  # of the working grid; less shows no room
-SPECKLED = 0.06  # share of a map's known cells that stand alone; a good scanner leaves 0.02
-BESIDE = 0.15  # share of the walls that lie beside each other, not on each other, from which maps seem bent
+ROUGH = 0.25  # share of neighbouring known cells that differ; crowded maps have 0.1, pure noise 0.5
+BESIDE = 0.12  # share of the walls that lie beside each other, not on each other, from which maps seem bent
 BENT_SUPPORT = 0.25  # likelihood per wall point of maps that fit each other in spite of it
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapFacts:
+    """What a map may lack: free cells of its working grid, and the share of neighbouring known cells that differ."""
+
+    free_cells: int
+    roughness: float
 
 
 def accepted(evidence: Evidence) -> str:
@@ -18,25 +28,17 @@ def accepted(evidence: Evidence) -> str:
     return f"{said}; they are bent against each other" if _is_bent(evidence) else said
 
 
-def ambiguous(evidence: Evidence) -> str:
-    """Say why none of several placements is accepted."""
-    return (
-        f"more than one placement explains the walls (the best has {evidence.probability:.0%}): the building repeats "
-        "itself or is symmetric; look at the candidates, or map more of what tells the places apart"
-    )
-
-
-def rejected(evidence: Evidence, quality: Mapping[str, Mapping[str, float]], free_cells: Mapping[str, int]) -> str:
+def not_accepted(verdict: Verdict, evidence: Evidence, maps: Mapping[str, MapFacts]) -> str:
     """Say why the best placement is not accepted: the first cause that the numbers show.
 
     Parameters
     ----------
+    verdict
+        "ambiguous" or "rejected".
     evidence
         Of the best placement.
-    quality
-        Of each map, by name ("a", "b"), as `rectmerge.quality` measures it.
-    free_cells
-        Free cells of the working grid of each map, by name.
+    maps
+        What is known of each map, by the name that people know it by ("A", "B").
     """
     if without(evidence, is_at_limit=False).probability >= ACCEPT_AT:
         return "the maps fit best at a scale beyond the bounds of the search: widen --scale, or check the resolutions"
@@ -45,19 +47,31 @@ def rejected(evidence: Evidence, quality: Mapping[str, Mapping[str, float]], fre
             f"the walls in common do not hold the placement: it can slide by {evidence.slack_cells:.0f} cells; map a "
             "corner or a crossing wall that both maps share"
         )
-    for name, cells in free_cells.items():
-        if cells < LEAST_FREE_CELLS:
-            return f"map {name.upper()} shows too little free space: map at least a few rooms"
-    for name, measured in quality.items():
-        if measured["speckle"] >= SPECKLED:
+    return _fault_of_maps(maps) or _fault_of_placement(verdict, evidence)
+
+
+def _fault_of_maps(maps: Mapping[str, MapFacts]) -> str | None:
+    for name, facts in maps.items():
+        if facts.free_cells < LEAST_FREE_CELLS:
+            return f"map {name} shows too little free space: map at least a few rooms"
+    for name, facts in maps.items():
+        if facts.roughness >= ROUGH:
             return (
-                f"map {name.upper()} is too noisy ({measured['speckle']:.0%} of its cells are specks): remove the "
-                "specks, or map again"
+                f"map {name} is too noisy ({facts.roughness:.0%} of neighbouring cells differ): clean it, or map again"
             )
+    return None
+
+
+def _fault_of_placement(verdict: Verdict, evidence: Evidence) -> str:
     if _is_bent(evidence):
         return (
             "the walls lie beside each other, not on each other: the maps are bent against each other too much for one "
             "similarity; close loops in the mapping, or merge smaller parts"
+        )
+    if verdict == "ambiguous":
+        return (
+            f"more than one placement explains the walls (the best has {evidence.probability:.0%}): the building "
+            "repeats itself or is symmetric; look at the candidates, or map more of what tells the places apart"
         )
     if evidence.likelihood <= 0:
         return "no placement explains the walls better than chance: these seem to be maps of different places"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rectmerge.alignment import Verdict
 
 ACCEPT_AT = 0.85  # probability
-AMBIGUOUS_AT = 0.6  # probability that the placement would have without its rivals
+AMBIGUOUS_AT = 0.9  # probability that the placement would have without its rivals
 SURE_AT = 0.99  # probability, as rigid maps, from which the mirror image need not be asked
 LARGEST_SLACK_CELLS = 4.0  # a placement that can slide further than this along its walls is even odds at most
 

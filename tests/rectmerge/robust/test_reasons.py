@@ -8,29 +8,36 @@ import pytest
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
 from rectmerge.methods import align
 from rectmerge.robust import reasons
+from rectmerge.robust.reasons import MapFacts
 from rectmerge.robust.verdict import Evidence
 from scenarios.corruption import corrupt
 from tests.rectmerge.robust import plans
 
 POOR = Evidence(plausibility=-5.0, likelihood=50.0, overlap=0.2, missing=0.4)
-CLEAN = {name: {"speckle": 0.01} for name in "ab"}
-ROOMY = {"a": 20_000, "b": 20_000}
+FINE = MapFacts(free_cells=20_000, roughness=0.05)
+TINY, ROUGH = dataclasses.replace(FINE, free_cells=300), dataclasses.replace(FINE, roughness=0.4)
 
 
 @pytest.mark.parametrize(
-    ("change", "quality", "free_cells", "word"),
+    ("change", "a", "b", "word"),
     [
-        ({"plausibility": 9.0, "is_at_limit": True}, CLEAN, ROOMY, "--scale"),
-        ({"plausibility": 9.0, "slack_cells": 9.0}, CLEAN, ROOMY, "slide by 9 cells"),
-        ({}, CLEAN, {"a": 20_000, "b": 300}, "map B shows too little free space"),
-        ({}, {"a": {"speckle": 0.2}, "b": {"speckle": 0.0}}, ROOMY, "map A is too noisy (20%"),
-        ({"near": 0.8, "met": 0.4, "support": 0.5}, CLEAN, ROOMY, "bent"),
-        ({"likelihood": -3.0}, CLEAN, ROOMY, "different places"),
-        ({}, CLEAN, ROOMY, "40% of its walls contradicted"),
+        ({"plausibility": 9.0, "is_at_limit": True}, FINE, FINE, "--scale"),
+        ({"plausibility": 9.0, "slack_cells": 9.0}, FINE, FINE, "slide by 9 cells"),
+        ({}, FINE, TINY, "map B shows too little free space"),
+        ({}, ROUGH, FINE, "map A is too noisy (40%"),
+        ({"near": 0.8, "met": 0.4, "support": 0.5}, FINE, FINE, "bent"),
+        ({"likelihood": -3.0}, FINE, FINE, "different places"),
+        ({}, FINE, FINE, "40% of its walls contradicted"),
     ],
 )
-def test_the_first_cause_is_named(change, quality, free_cells, word):
-    assert word in reasons.rejected(dataclasses.replace(POOR, **change), quality, free_cells)
+def test_the_first_cause_is_named(change, a, b, word):
+    assert word in reasons.not_accepted("rejected", dataclasses.replace(POOR, **change), {"A": a, "B": b})
+
+
+def test_several_placements_are_told():
+    two = dataclasses.replace(POOR, plausibility=6.0, rivals=6.0)
+
+    assert "more than one placement" in reasons.not_accepted("ambiguous", two, {"A": FINE, "B": FINE})
 
 
 def test_bent_maps_that_are_accepted_are_told_to_be():
