@@ -53,7 +53,7 @@ def draw_overlay(a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) -> Pict
     image[on_a.occupied & on_b.occupied] = WALL_BOTH
     image[find_conflict([code_a, code_b], reach=reach)] = CONFLICT
     entries = {"A only": ONLY_A, "B only": ONLY_B, "both free": BOTH, "wall A": WALL_A, "wall B": WALL_B}
-    return _with_legend(image, entries | {"wall both": WALL_BOTH, "conflict": CONFLICT})
+    return with_legend(image, entries | {"wall both": WALL_BOTH, "conflict": CONFLICT})
 
 
 def draw_conflict(composition: Composition) -> Picture:
@@ -65,7 +65,7 @@ def draw_conflict(composition: Composition) -> Picture:
     image[cv2.dilate((spots == OCCUPIED).view(np.uint8), np.ones((3, 3), np.uint8)) > 0] = CONFLICT
     known = int((grid.free | grid.occupied).sum())
     label = f"conflict: {int(composition.conflict.sum())} of {known} known cells"
-    return _with_legend(image, {label: CONFLICT, "free": FREE_WHITE, "wall": WALL_BLACK, "unknown": UNKNOWN_GREY})
+    return with_legend(image, {label: CONFLICT, "free": FREE_WHITE, "wall": WALL_BLACK, "unknown": UNKNOWN_GREY})
 
 
 def draw_map(grid: OccupancyGrid) -> Picture:
@@ -108,7 +108,7 @@ def draw_series(grid: OccupancyGrid, rectangles: Sequence[Rectangle], series: Ma
         cv2.polylines(image, [path], isClosed=False, color=color, thickness=2, lineType=cv2.LINE_AA)
     for index in {i: None for indices in series.values() for i in indices}:
         _write_in(image, rectangles[index], str(index + 1), zoom)
-    return _with_legend(image, dict(zip(series, SERIES, strict=False)))
+    return with_legend(image, dict(zip(series, SERIES, strict=False)))
 
 
 def draw_triangle(grid: OccupancyGrid, rectangles: Sequence[Rectangle]) -> Picture:
@@ -145,7 +145,7 @@ def draw_parallels(
             cv2.line(image, start, end, color, 2, cv2.LINE_AA)
     _draw_axes(image, angle)
     turn = f"upright after {math.degrees(angle):+.2f} deg"
-    return _with_legend(image, {"edge": YELLOW, "its parallel": PINK, turn: CONFLICT})
+    return with_legend(image, {"edge": YELLOW, "its parallel": PINK, turn: CONFLICT})
 
 
 def beside(pictures: Sequence[Picture], captions: Sequence[str], *, columns: int = 2) -> Picture:
@@ -230,7 +230,7 @@ def _draw_axes(image: Picture, angle: float) -> None:
         cv2.arrowedLine(image, start, end, CONFLICT, 2, cv2.LINE_AA, tipLength=0.05)
 
 
-def _with_legend(image: Picture, entries: Mapping[str, Color]) -> Picture:
+def with_legend(image: Picture, entries: Mapping[str, Color]) -> Picture:
     """Add a strip that names the colours below a picture, widening it where the names need room."""
     widths = [46 + cv2.getTextSize(name, cv2.FONT_HERSHEY_SIMPLEX, 0.5, 1)[0][0] for name in entries]
     height, width = image.shape[0], max(image.shape[1], sum(widths) + 8)

@@ -147,6 +147,20 @@ def demo(
 
 
 @app.command()
+def explain(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the pictures.")],
+    force: Annotated[bool, typer.Option("--force", help="Replace earlier pictures in the folder.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Draw what the default method does with two simulated pairs: the pictures of docs/how-it-works.md."""
+    from scenarios.explaining import explain
+
+    written = explain(output, force=force, say=(lambda line: None) if quiet else console.say)
+    typer.echo(f"written: {len(written)} pictures in {output}")
+
+
+@app.command()
 def headline(
     run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A finished run of the suite headline.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.md", help="Where the report goes.")],
