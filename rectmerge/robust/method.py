@@ -85,7 +85,7 @@ class Robust:
         quality = {name: map_.quality.as_dict() for name, map_ in zip("ab", maps, strict=True)}
         for name, map_ in zip("AB", maps, strict=True):
             if map_.features is None:
-                reason = f"map {name} has no wall beside free space"
+                reason = reasons.no_wall(name, int(np.count_nonzero(map_.grid.free)))
                 return Alignment(verdict="rejected", reason=reason, method=self.name, quality=quality)
         # the richer map stays and the other moves, so that the answer for (b, a) is the inverse of that for (a, b)
         swapped = maps[1].rank > maps[0].rank

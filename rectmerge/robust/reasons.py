@@ -11,6 +11,7 @@ from rectmerge.robust.verdict import ACCEPT_AT, Evidence, without
 LEAST_FREE_CELLS = 1500  # of the working grid; less shows no room
 ROUGH = 0.25  # share of neighbouring known cells that differ; crowded maps have 0.1, pure noise 0.5
 BESIDE = 0.12  # share of the walls that lie beside each other, not on each other, from which maps seem bent
+LITTLE_SHARED = 0.35  # overlap under which walls meet by chance
 BENT_SUPPORT = 0.25  # likelihood per wall point of maps that fit each other in spite of it
 
 
@@ -50,6 +51,12 @@ def not_accepted(verdict: Verdict, evidence: Evidence, maps: Mapping[str, MapFac
     return _fault_of_maps(maps) or _fault_of_placement(verdict, evidence)
 
 
+def no_wall(name: str, free_cells: int) -> str:
+    """Say why a map without a wall beside its free space cannot be placed."""
+    reason = f"map {name} has no wall beside free space"
+    return f"{reason}: it shows too little free space" if free_cells < LEAST_FREE_CELLS else reason
+
+
 def _fault_of_maps(maps: Mapping[str, MapFacts]) -> str | None:
     for name, facts in maps.items():
         if facts.free_cells < LEAST_FREE_CELLS:
@@ -69,9 +76,12 @@ def _fault_of_placement(verdict: Verdict, evidence: Evidence) -> str:
             "similarity; close loops in the mapping, or merge smaller parts"
         )
     if verdict == "ambiguous":
+        cause = "the building repeats itself or is symmetric"
+        if evidence.overlap < LITTLE_SHARED:
+            cause += ", or the maps share no room"
         return (
-            f"more than one placement explains the walls (the best has {evidence.probability:.0%}): the building "
-            "repeats itself or is symmetric; look at the candidates, or map more of what tells the places apart"
+            f"more than one placement explains the walls (the best has {evidence.probability:.0%}): {cause}; look at "
+            "the candidates, or map more of what tells the places apart"
         )
     if evidence.likelihood <= 0:
         return "no placement explains the walls better than chance: these seem to be maps of different places"
