@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from scenarios.headline import markdown
 from scenarios.rows import Row
 from scenarios.statistics import clustered_rate
 
-METHOD = "robust"
+METHOD, MACHINE = "robust", "machine.json"
 BINS = 10  # of equal count, for the calibration error
 IDENTIFIABLE = {"True": "yes", "False": "no"}
 EXACT = (
@@ -40,14 +41,16 @@ def write_page(runs: Sequence[Path], out: Path) -> None:
     tested = [row for row in rows if (row["info"] or {}).get("split", "test") == "test"]
     if not tested:
         raise InputError(f"no rows of {METHOD} in the split test in {', '.join(map(str, runs))}")
-    replace_file(out, page(tested, [str(run) for run in runs]).encode())
+    made = {str(run): json.loads((run / MACHINE).read_text()).get("commit") or "unknown" for run in runs}
+    replace_file(out, page(tested, made).encode())
 
 
-def page(rows: Sequence[Row], runs: Sequence[str]) -> str:
-    """Lay out the page."""
+def page(rows: Sequence[Row], made: Mapping[str, str]) -> str:
+    """Lay out the page; `made` tells of each run's folder the commit that made it."""
     parts = [
         INTRODUCTION,
-        "    rectbench trust " + " ".join(runs) + " -o results/trust/README.md\n",
+        "    rectbench trust " + " ".join(made) + " -o results/trust/README.md\n",
+        "Runs: " + ", ".join(f"{run} by commit {commit}" for run, commit in made.items()) + ".\n",
         "## Pairs of one place, by overlap\n\n" + OVERLAP_EXPLAINED,
         overlap_table([row for row in rows if row["suite"] == "trust"]),
         "## Exactness of rigid pairs\n\n" + EXACT_EXPLAINED,
@@ -109,7 +112,7 @@ def unrelated_table(rows: Sequence[Row]) -> str:
         merged = [row["outcome"] == "wrong-accepted" for row in part]
         unsure = sum(str(row["verdict"]) == "ambiguous" for row in part)
         cells.append((kind, str(len(part)), str(sum(merged)), str(unsure), str(len(part) - sum(merged) - unsure)))
-    return markdown(("kind", "n", "merged", "ambiguous", "rejected"), cells)
+    return markdown(("kind", "n", "merged", "ambiguous", "rejected"), cells) if cells else "None in these runs.\n"
 
 
 def calibration_line(rows: Sequence[Row]) -> str:

@@ -55,9 +55,10 @@ def test_the_calibration_error_is_the_distance_of_confidence_and_truth(confidenc
 
 
 def test_the_page_holds_all_parts():
-    page = trust.page([*ROWS, {**row("rejected", 0.1), "stratum": "unrelated"}], ["runs/trust"])
+    page = trust.page([*ROWS, {**row("rejected", 0.1), "stratum": "unrelated"}], {"runs/trust": "abc"})
 
     assert "rectbench trust runs/trust" in page
+    assert "commit abc" in page
     assert "Brier score" in page
     assert "identifiable" in page
 
