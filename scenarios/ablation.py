@@ -14,10 +14,7 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.shrinking import SPECK, SURFACE, describe_walls
 from rectmerge.methods import make_method
-from rectmerge.robust import cells, features, hypotheses, method, reading, search, sides, verdict
-from rectmerge.robust.features import dominant_angles
-from rectmerge.robust.likelihood import Judge
-from rectmerge.robust.reading import ReadMap
+from rectmerge.robust import cells, features, hypotheses, method, search, sides, verdict
 from rectmerge.robust.refinement import Fit, fit_surfaces
 from rectmerge.robust.search import Search
 from rectmerge.robust.weighing import Weights
@@ -76,11 +73,6 @@ def _placement_kept(placement: NDArray[np.float64], *arguments: Any, **options: 
     return dataclasses.replace(fit_surfaces(placement, *arguments, **options), placement=placement)
 
 
-def _no_bent_score(judge: Judge, placements: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Stand in for `Judge.score_bent`: no placement gains from blocks that shift by themselves."""
-    return np.zeros(len(placements))
-
-
 def _no_placements(*_: Any) -> NDArray[np.float64]:
     """Stand in for what proposes placements: none."""
     return np.empty((0, 4))
@@ -96,16 +88,6 @@ def _no_odds(weights: Weights, *_: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.full(len(weights.met), -30.0)
 
 
-def _strong_frames(map_: ReadMap, _: int) -> list[features.Frame]:
-    """Stand in for `ReadMap.all_frames`: nothing but what was tried before."""
-    return [*map_.frames]
-
-
-def _strongest_angle(map_features: features.Features) -> list[tuple[float, float]]:
-    """Stand in for `dominant_angles`: the first direction only."""
-    return dominant_angles(map_features, most=1)
-
-
 def no_specks(values: NDArray[np.int8], occupied: NDArray[np.int64]) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
     """Stand in for the kernel `describe_walls`: specks are surface like any other."""
     kinds, normals = describe_walls(values, occupied)
@@ -118,11 +100,7 @@ ABLATIONS = (
         name="rectangle pairs that agree in both sides",
         patches=((hypotheses, "pair_by_both_sides", _no_two_sided_pairs),),
     ),
-    Ablation(name="every orthogonal frame but the first", patches=((reading, "dominant_angles", _strongest_angle),)),
-    Ablation(name="weaker wall directions", patches=((ReadMap, "all_frames", _strong_frames),)),
-    Ablation(name="finer grid for narrow passages", patches=((features, "LARGEST_DIAGONAL_CELLS", 400.0),)),
     Ablation(name="removal of specks", patches=((cells, "describe_walls", no_specks), (features, "SPECK_CELLS", 0))),
-    Ablation(name="damping by the overlap", patches=((search, "DAMPING_RIGID", 0.0), (search, "DAMPING_LOOSE", 0.0))),
     Ablation(
         name="every shift, where rectangles do not convince", patches=((Search, "by_correlation", _no_placements),)
     ),
@@ -131,7 +109,5 @@ ABLATIONS = (
     Ablation(name="the model of rigid maps", patches=((search, "rigid_odds", _no_odds),)),
     Ablation(name="the model of bent maps", patches=((search, "bent_odds", _no_odds),)),
     Ablation(name="the mirror image as a rival", patches=((verdict, "SURE_AT", 0.0),)),
-    Ablation(name="walls that bend block by block", patches=((Judge, "score_bent", _no_bent_score),)),
-    Ablation(name="rigid and bent forms", patches=((search, "ONTO_RIGID", ()), (search, "ONTO_BENT", ()))),
     Ablation(name="fit of the surfaces", patches=((method, "fit_surfaces", _placement_kept),)),
 )

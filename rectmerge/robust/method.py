@@ -91,14 +91,14 @@ class Robust:
         swapped = maps[1].rank > maps[0].rank
         fixed, moving = maps[::-1] if swapped else maps
         bounds = (1 / scale[1], 1 / scale[0]) if swapped else scale
-        search, ranking = self._search(fixed, moving, bounds, rng)
+        search, ranking, stage = self._search(fixed, moving, bounds, rng)
         if len(ranking) == 0:
             reason = "no placement of one map on the other at a scale within bounds"
             return Alignment(verdict="rejected", reason=reason, method=self.name, quality=quality)
         answers = self._exact(search, ranking, fixed, moving, bounds)
         is_mirrored = False
         if not answers[0][2].is_sure:
-            answers, is_mirrored = self._beside_mirror_image(answers, fixed, moving, bounds, rng)
+            answers, is_mirrored = self._beside_mirror_image(answers, fixed, moving, bounds, rng, stage)
         verdict, reason = self._verdict(answers[0][2], is_mirrored, maps)
         candidates = tuple(
             _candidate(fit.inverse() if swapped else fit, agreement, evidence, a, b)
@@ -128,7 +128,7 @@ class Robust:
 
     def _search(
         self, fixed: ReadMap, moving: ReadMap, scale: tuple[float, float], rng: np.random.Generator, last_stage: int = 2
-    ) -> tuple[Search, Ranking]:
+    ) -> tuple[Search, Ranking, int]:
         """Search by rectangles in the strongest orthogonal frames; where that does not convince, by every shift.
 
         Whatever the rectangles propose, the best has to hold against every shift and quarter turn at its own scale.
@@ -148,7 +148,7 @@ class Robust:
         )
         ranking = _against_rivals(search, search.rank(search.by_rectangles(fixed.frames, moving.frames)))
         if last_stage == 1 or _convinces(ranking):
-            return search, ranking
+            return search, ranking, 1
         fits = [search.by_correlation(fixed.frame_angles, moving.frame_angles)]
         if min(fixed.contrast, moving.contrast) >= WEAK_CONTRAST:
             fits.append(search.by_rectangles(fixed.all_frames(self.rectangles), moving.all_frames(self.rectangles)))
@@ -156,7 +156,8 @@ class Robust:
             angles = np.radians(np.arange(0, QUARTER_TURN_DEG, ALL_ROUND_STEP_DEG))
             all_round = [rectangles_in_frame(b, float(angle), most=self.rectangles) for angle in angles]
             fits.append(search.by_rectangles(fixed.frames[:1], all_round))
-        return search, _against_rivals(search, search.ranked(ranking.beside(search.rank(np.concatenate(fits)))))
+        ranking = search.ranked(ranking.beside(search.rank(np.concatenate(fits))))
+        return search, _against_rivals(search, ranking), 2
 
     def _exact(
         self, search: Search, ranking: Ranking, fixed: ReadMap, moving: ReadMap, scale: tuple[float, float]
@@ -188,14 +189,15 @@ class Robust:
         moving: ReadMap,
         scale: tuple[float, float],
         rng: np.random.Generator,
+        stage: int,
     ) -> tuple[list[_Answer], bool]:
         """Weigh the answers against the mirror image's best placement; tell whether that one fits, and better.
 
         The mirror image is searched as far as the maps were, where the best answer might be accepted.
         """
         flipped = ReadMap.of(moving.grid, moving.cells.mirrored(), moving.quality, self.rectangles)
-        last_stage = 2 if answers[0][2].probability >= ACCEPT_AT else 1
-        _, ranking = self._search(fixed, flipped, scale, rng, last_stage)
+        last_stage = stage if answers[0][2].probability >= ACCEPT_AT else 1
+        _, ranking, _ = self._search(fixed, flipped, scale, rng, last_stage)
         if len(ranking) == 0:
             return answers, False
         decoy = float(ranking.plausibility[0])

@@ -24,7 +24,7 @@ SEARCH_POINTS, FINAL_POINTS = 300, 800  # wall points of each map in the two ref
 SAME_CELLS = 4.0  # hypotheses closer than this, in working cells, are one
 SAME_FIT_CELLS = 3.0  # so are refined ones
 SAME_RADIUS = 0.2  # answers closer than this share of the map's radius say the same
-NEARLY_AS_PLAUSIBLE = 1.0  # difference of log-odds
+NEARLY_AS_PLAUSIBLE = 6.0  # difference of log-odds
 FITS = 15  # refined placements of rectangles that are judged in full
 SHIFTS, RIVALS = 8, 5  # correlated shifts kept of each turn: of every scale, and beside the best placement
 SWEPT = 48  # correlated placements that are refined and judged in full
@@ -142,14 +142,18 @@ class Search:
         order = np.argsort(-odds, kind="stable")
         apart = max(SAME_FIT_CELLS, SAME_RADIUS * self.a.radius)
         heads = order[distinct(ranking.placements[order], self.b.landmarks, apart, KEPT)]
-        kept = ranking.of(self._likeliest_beside(heads, ranking, odds, apart))
+        likeliest = ranking.of(self._likeliest_beside(heads, ranking, odds, apart))
+        kept = replace(likeliest, rigid=ranking.rigid[heads], bent=ranking.bent[heads])
         weighed = replace(kept, plausibility=plausibility(kept.rigid, kept.bent))
         return weighed.of(np.argsort(-weighed.plausibility, kind="stable"))
 
     def _likeliest_beside(
         self, heads: NDArray[np.intp], ranking: Ranking, odds: NDArray[np.float64], apart: float
     ) -> NDArray[np.intp]:
-        """Of the placements that say the same as each head and are nearly as plausible, take the likeliest."""
+        """Of the placements that say the same as each head, take the likeliest: it is the more exact one.
+
+        How plausible it is that the maps belong there at all, the head tells.
+        """
         a, b, tx, ty = ranking.placements.T[:, :, None]
         u, v = self.b.landmarks.T
         at = np.stack([a * u - b * v + tx, b * u + a * v + ty])  # (2, N, landmarks)
