@@ -6,6 +6,7 @@ from itertools import product
 import pytest
 
 from rectmerge.errors import SimulationError
+from scenarios import missionsource
 from scenarios.missionsource import BUILDINGS, MissionSource
 from scenarios.packing import make
 from scenarios.scenariospec import Scenario
@@ -31,10 +32,11 @@ def buildings(monkeypatch):
         def made(source, log, variant, noise):
             if noise not in given[source.building]:
                 raise SimulationError(f"too little at {noise}")
-            return pair(source._pair_id(variant, noise), info={"building": source.building}, a=log.a, b=log.b)
+            return log, pair(source._pair_id(variant, noise), info={"building": source.building}, a=log.a, b=log.b)
 
         monkeypatch.setattr(MissionSource, "mission", mission)
         monkeypatch.setattr(MissionSource, "_pair", made)
+        monkeypatch.setattr(missionsource, "identifiable_margin", lambda log, pair: 1.0)
         return tried
 
     return say
