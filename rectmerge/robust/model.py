@@ -1,7 +1,8 @@
 """The plausibility of a placement from what speaks for it: two logistic models, one for rigid maps, one for bent ones.
 
-`RIGID` is what `rectbench calibrate` fits to simulated pairs, the split train of the suite `trust`. `BENT` is older: it
-was fitted to hand-held maps of a few real places, and weighs less where rigid maps explain the pair.
+`RIGID` was fitted by `scenarios.calibration` to simulated pairs, the split train of the suite `trust`, as an earlier
+state of the search answered them; `rectbench calibrate` fits it anew. `BENT` was fitted to hand-held maps of a few real
+places, then changed by hand; it weighs less where rigid maps explain the pair.
 """
 
 from __future__ import annotations
