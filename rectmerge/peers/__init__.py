@@ -1,0 +1,1 @@
+"""What people use instead: each method written from its paper, behind the same protocol."""
