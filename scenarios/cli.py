@@ -44,6 +44,9 @@ def run(
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="M.F=V", help="Set a field of a method; may be repeated.")
     ] = None,
+    known_scale: Annotated[
+        bool, typer.Option("--known-scale", help="Tell the methods the ratio of the maps' cells.")
+    ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of every answer.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Worker processes; 1 unless given.")] = None,
     cluster: Annotated[
@@ -67,6 +70,9 @@ def run(
     An answer that takes more than its limits is ended and counts as failed. A program gets two image files for {a}
     and {b}, or map_server files for {a_yaml} and {b_yaml}; the last line it prints is the 2x3 matrix from B's pixels to
     A's, six numbers row by row, and perhaps its confidence. Status 1 means rejected, any other but 0 is an error.
+
+    With --known-scale the methods are told how many cells of A a cell of B is: the true number, and of two places the
+    ratio of the resolutions. Programs get it for {scale}.
     """
     from rectmerge.resultfolder import to_json
     from scenarios.contest import contest_of
@@ -76,7 +82,7 @@ def run(
     if workers and cluster:
         raise InputError("--workers and --cluster exclude each other")
     limits = Limits(timeout_s=timeout, memory_mb=memory)
-    contest = contest_of(target, method or [], settings or [], method_command or [])
+    contest = contest_of(target, method or [], settings or [], method_command or [], knows_scale=known_scale)
     options = {"seed": seed, "limits": limits, "force": force, "command": _command()}
     try:
         with progress(contest.tasks, quiet) as advance, workplace(workers or 1, cluster) as (executor, in_flight):

@@ -39,7 +39,12 @@ class Contest:
 
 
 def contest_of(
-    target: str, methods: Sequence[str], settings: Sequence[str] = (), commands: Sequence[str] = ()
+    target: str,
+    methods: Sequence[str],
+    settings: Sequence[str] = (),
+    commands: Sequence[str] = (),
+    *,
+    knows_scale: bool = False,
 ) -> Contest:
     """Find out what is run, on what.
 
@@ -53,6 +58,8 @@ def contest_of(
         Fields of methods, as in `contenders_of`.
     commands
         Command lines of programs, as in `Program`.
+    knows_scale
+        Whether the contenders are told the ratio of the maps' cells.
 
     Raises
     ------
@@ -60,15 +67,16 @@ def contest_of(
         If there is no such target or contender, or a contender cannot be made.
     """
     programs = labelled([Program(command=command) for command in commands], methods)
-    others = [Contender(label=label, method=program) for label, program in programs.items()]
+    others = [Contender(label=label, method=program, knows_scale=knows_scale) for label, program in programs.items()]
     default = [] if others else [DEFAULT_METHOD]
     # `make demo` leaves a folder `demo`, which must not hide the suite of that name
     if is_dataset(target) or (Path(target).is_dir() and target not in suite_names()):
         pairs = open_dataset(target)
-        return Contest(dataset_name(target), pairs, contenders_of(methods or default, [], settings) + others, {})
+        named = contenders_of(methods or default, [], settings, knows_scale=knows_scale)
+        return Contest(dataset_name(target), pairs, named + others, {})
     suite = load_suite(target)
     own = [] if others else [entry.label for entry in suite.methods]
-    contenders = contenders_of(methods or own or default, suite.methods, settings) + others
+    named = contenders_of(methods or own or default, suite.methods, settings, knows_scale=knows_scale)
     about = {"title": suite.title, "scenarios": [asdict(scenario) for scenario in suite.scenarios]}
     card = {"title": suite.title, "description": suite.description}
-    return Contest(suite.name, suite.sources(), contenders, about, card)
+    return Contest(suite.name, suite.sources(), named + others, about, card)
