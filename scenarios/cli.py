@@ -13,6 +13,7 @@ from rectmerge import console
 from rectmerge.console import Debug, Quiet, Version
 from rectmerge.errors import InputError
 from scenarios import datasetcommands, trustcommands
+from scenarios.leaderboard import commands as leaderboardcommands
 from scenarios.terminal import progress, summary_table, table, told_of_earlier_rows, told_of_rows
 
 app = typer.Typer(
@@ -110,6 +111,7 @@ app.command()(datasetcommands.verify)
 app.command()(trustcommands.calibrate)
 app.command()(trustcommands.trust)
 app.command()(datasetcommands.certify)
+app.command()(leaderboardcommands.tune)
 
 
 @app.command()
