@@ -1,9 +1,10 @@
 import math
 
+import cv2
 import numpy as np
 import pytest
 
-from rectmerge.peers.consensus import agreed_similarity
+from rectmerge.peers.consensus import agreed_similarity, mutual_matches
 from rectmerge.similarity import Similarity
 
 TRUTH = Similarity(1.3, 2.0, 40.0, -7.0)
@@ -49,3 +50,14 @@ def test_the_same_draws_give_the_same_answer():
     a, b = matched(right=5, wrong=80)
 
     assert fit(a, b) == fit(a, b)
+
+
+def test_matches_are_one_to_one():
+    rng = np.random.default_rng(0)
+    a, b = (cv2.GaussianBlur(rng.integers(0, 256, (120, 120), np.uint8), (0, 0), 1.5) for _ in range(2))
+
+    at_a, at_b = mutual_matches(a, b, cv2.ORB.create())
+
+    assert len(at_a) == len(at_b) > 3
+    described = cv2.ORB.create().detectAndCompute(a, None)[0]
+    assert len(at_a) < len(described)  # not every keypoint's nearest has it as its own nearest

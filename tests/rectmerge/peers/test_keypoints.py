@@ -36,6 +36,13 @@ def test_a_map_in_which_nothing_is_found_is_rejected_with_a_reason(detector, var
     assert detector in found.reason
 
 
+def test_matches_that_agree_on_a_single_point_are_no_placement():
+    blocks = np.random.default_rng(13).choice([-1, 0, 100], (24, 24))
+    noise = OccupancyGrid(np.kron(blocks, np.ones((6, 6), np.int64)))
+
+    assert not align(scenes.other(), noise, method=Keypoints()).candidates
+
+
 def test_the_image_shows_unknown_as_white_and_occupied_as_a_hundred():
     grid = OccupancyGrid(np.array([[-1, 0, 40, 100]], np.int8))
 
