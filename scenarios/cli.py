@@ -12,7 +12,7 @@ import typer
 from rectmerge import console
 from rectmerge.console import Debug, Quiet, Version
 from rectmerge.errors import InputError
-from scenarios import datasetcommands, trustcommands
+from scenarios import datasetcommands, methodcommands, trustcommands
 from scenarios.terminal import progress, summary_table, table, told_of_earlier_rows, told_of_rows
 
 app = typer.Typer(
@@ -104,6 +104,7 @@ app.command()(datasetcommands.verify)
 app.command()(trustcommands.calibrate)
 app.command()(trustcommands.trust)
 app.command()(datasetcommands.certify)
+app.command()(methodcommands.check_method)
 
 
 @app.command()
