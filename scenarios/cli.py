@@ -162,6 +162,20 @@ def explain(
 
 
 @app.command()
+def figures(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the figures.")],
+    force: Annotated[bool, typer.Option("--force", help="Replace earlier figures in the folder.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Draw counterparts of the paper's figures 2 to 12 and Table I: those of docs/the-papers-method.md."""
+    from scenarios.figures import write_figures
+
+    written = write_figures(output, force=force, say=(lambda line: None) if quiet else console.say)
+    typer.echo(f"written: {len(written)} files in {output}")
+
+
+@app.command()
 def headline(
     run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A finished run of the suite headline.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.md", help="Where the report goes.")],
