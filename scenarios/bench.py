@@ -97,7 +97,10 @@ def run(
         raise InputError(f"labels must differ, got {', '.join(one.label for one in contenders)}")
     limits = limits or Limits()
     this_run, pairs = run_id(sources, contenders, suite=suite, seed=seed)
-    methods = [{"label": one.label, "method": one.method.name, "set": _fields(one.method)} for one in contenders]
+    methods = [
+        {"label": one.label, "method": one.method.name, "knows_scale": one.knows_scale, "set": _fields(one.method)}
+        for one in contenders
+    ]
     settings = {"run_id": this_run, "suite": suite, "seed": seed, **dataclasses.asdict(limits), "pairs": pairs}
     record = _toml({**settings, **(about or {}), "methods": methods})
     terms = Terms(contenders=contenders, suite=suite, seed=seed, limits=limits)

@@ -12,7 +12,8 @@ import typer
 from rectmerge import console
 from rectmerge.console import Debug, Quiet, Version
 from rectmerge.errors import InputError
-from scenarios import datasetcommands, methodcommands, trustcommands
+from scenarios import datasetcommands, methodcommands, picturecommands, trustcommands
+from scenarios.leaderboard import commands as leaderboardcommands
 from scenarios.terminal import progress, summary_table, table, told_of_earlier_rows, told_of_rows
 
 app = typer.Typer(
@@ -44,6 +45,9 @@ def run(
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="M.F=V", help="Set a field of a method; may be repeated.")
     ] = None,
+    known_scale: Annotated[
+        bool, typer.Option("--known-scale", help="Tell the methods the ratio of the maps' cells.")
+    ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of every answer.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Worker processes; 1 unless given.")] = None,
     cluster: Annotated[
@@ -67,6 +71,9 @@ def run(
     An answer that takes more than its limits is ended and counts as failed. A program gets two image files for {a}
     and {b}, or map_server files for {a_yaml} and {b_yaml}; the last line it prints is the 2x3 matrix from B's pixels to
     A's, six numbers row by row, and perhaps its confidence. Status 1 means rejected, any other but 0 is an error.
+
+    With --known-scale the methods are told how many cells of A a cell of B is: the true number, and of two places the
+    ratio of the resolutions. Programs get it for {scale}.
     """
     from rectmerge.resultfolder import to_json
     from scenarios.contest import contest_of
@@ -76,7 +83,7 @@ def run(
     if workers and cluster:
         raise InputError("--workers and --cluster exclude each other")
     limits = Limits(timeout_s=timeout, memory_mb=memory)
-    contest = contest_of(target, method or [], settings or [], method_command or [])
+    contest = contest_of(target, method or [], settings or [], method_command or [], knows_scale=known_scale)
     options = {"seed": seed, "limits": limits, "force": force, "command": _command()}
     try:
         with progress(contest.tasks, quiet) as advance, workplace(workers or 1, cluster) as (executor, in_flight):
@@ -104,7 +111,10 @@ app.command()(datasetcommands.verify)
 app.command()(trustcommands.calibrate)
 app.command()(trustcommands.trust)
 app.command()(datasetcommands.certify)
+app.command()(leaderboardcommands.tune)
 app.command()(methodcommands.check_method)
+app.command()(picturecommands.explain)
+app.command()(picturecommands.figures)
 
 
 @app.command()
@@ -145,34 +155,6 @@ def demo(
     typer.echo(table(*shown.table()))
     typer.echo(f"pictures: {output / 'demo.png'} and {len(shown.pictures) - 1} more in {output}")
     typer.echo(f"the mission's data: {output / 'mission'}")
-
-
-@app.command()
-def explain(
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the pictures.")],
-    force: Annotated[bool, typer.Option("--force", help="Replace earlier pictures in the folder.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
-) -> None:
-    """Draw what the default method does with two simulated pairs: the pictures of docs/how-it-works.md."""
-    from scenarios.explaining import explain
-
-    written = explain(output, force=force, say=(lambda line: None) if quiet else console.say)
-    typer.echo(f"written: {len(written)} pictures in {output}")
-
-
-@app.command()
-def figures(
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the figures.")],
-    force: Annotated[bool, typer.Option("--force", help="Replace earlier figures in the folder.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
-) -> None:
-    """Draw counterparts of the paper's figures 2 to 12 and Table I: those of docs/the-papers-method.md."""
-    from scenarios.figures import write_figures
-
-    written = write_figures(output, force=force, say=(lambda line: None) if quiet else console.say)
-    typer.echo(f"written: {len(written)} files in {output}")
 
 
 @app.command()

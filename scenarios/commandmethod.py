@@ -38,9 +38,10 @@ class Program:
     """A command line as a method.
 
     The program gets its files for ``{a}`` and ``{b}``, PNG images, or ``{a_yaml}`` and ``{b_yaml}``, map_server YAMLs
-    beside them, which say ``resolution: null`` where it may not be known. Its last line is the answer: the six numbers
-    of the 2x3 matrix from B's pixel centres to A's, row by row, and optionally its confidence. Exit status 1 means
-    rejected; any other but 0, a signal, or no such line is an error.
+    beside them, which say ``resolution: null`` where it may not be known, and for ``{scale}`` the pixel scale where
+    methods are told it. Its last line is the answer: the six numbers of the 2x3 matrix from B's pixel centres to A's,
+    row by row, and optionally its confidence. Exit status 1 means rejected; any other but 0, a signal, or no such line
+    is an error.
 
     Parameters
     ----------
@@ -70,15 +71,15 @@ class Program:
     def align(
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
-        """Run the program; it is told neither `scale` nor `rng`.
+        """Run the program; it is not told `rng`, and of `scale` where it is one number.
 
         Raises
         ------
         ProgramError
-            If it ends in an unknown way, or prints no placement.
+            If it asks for a scale that nobody knows, ends in an unknown way, or prints no placement.
         """
         with tempfile.TemporaryDirectory(prefix="rectbench-") as folder, tempfile.TemporaryFile() as said:
-            words = shlex.split(self.command)
+            words = [word.replace("{scale}", self._told(scale)) for word in shlex.split(self.command)]
             for name, grid in (("a", a), ("b", b)):
                 path = Path(folder) / f"{name}.yaml"
                 write_map(grid, path, image_suffix=".png")
@@ -100,6 +101,11 @@ class Program:
             confidence=confidence,
             trace={**trace, MATRIX: matrix.tolist()},
         )
+
+    def _told(self, scale: tuple[float, float]) -> str:
+        if "{scale}" in self.command and scale[0] != scale[1]:
+            raise ProgramError(f"{self.program} asks for {{scale}}, which is told with --known-scale only")
+        return f"{scale[0]:.9g}"
 
 
 def labelled(programs: Iterable[Program], taken: Iterable[str]) -> dict[str, Program]:

@@ -11,6 +11,7 @@ from rectmerge.methods import DEFAULT_METHOD
 from scenarios import bench
 from scenarios.commandmethod import Program, labelled
 from scenarios.dataset import dataset_name, is_dataset, open_dataset
+from scenarios.leaderboard.entrants import EVERYBODY, contenders
 from scenarios.pairs import PairSource
 from scenarios.rows import Contender, contenders_of
 from scenarios.scenario import load_suite, suite_names
@@ -39,7 +40,12 @@ class Contest:
 
 
 def contest_of(
-    target: str, methods: Sequence[str], settings: Sequence[str] = (), commands: Sequence[str] = ()
+    target: str,
+    methods: Sequence[str],
+    settings: Sequence[str] = (),
+    commands: Sequence[str] = (),
+    *,
+    knows_scale: bool = False,
 ) -> Contest:
     """Find out what is run, on what.
 
@@ -48,27 +54,33 @@ def contest_of(
     target
         A suite's name or file, or a data set's folder.
     methods
-        Methods, or labels of the suite; where neither these nor commands are given, the suite's own contenders.
+        Methods, or labels of the suite or the leaderboard, "everybody" for all of the latter; where neither these nor
+        commands are given, the suite's own contenders.
     settings
         Fields of methods, as in `contenders_of`.
     commands
         Command lines of programs, as in `Program`.
+    knows_scale
+        Whether the contenders are told the ratio of the maps' cells.
 
     Raises
     ------
     InputError
         If there is no such target or contender, or a contender cannot be made.
     """
+    if EVERYBODY in methods:
+        methods = [name for name in methods if name != EVERYBODY] + [one.label for one in contenders()]
     programs = labelled([Program(command=command) for command in commands], methods)
-    others = [Contender(label=label, method=program) for label, program in programs.items()]
+    others = [Contender(label=label, method=program, knows_scale=knows_scale) for label, program in programs.items()]
     default = [] if others else [DEFAULT_METHOD]
     # `make demo` leaves a folder `demo`, which must not hide the suite of that name
     if is_dataset(target) or (Path(target).is_dir() and target not in suite_names()):
         pairs = open_dataset(target)
-        return Contest(dataset_name(target), pairs, contenders_of(methods or default, [], settings) + others, {})
+        named = contenders_of(methods or default, contenders(), settings, knows_scale=knows_scale)
+        return Contest(dataset_name(target), pairs, named + others, {})
     suite = load_suite(target)
     own = [] if others else [entry.label for entry in suite.methods]
-    contenders = contenders_of(methods or own or default, suite.methods, settings) + others
+    named = contenders_of(methods or own or default, [*contenders(), *suite.methods], settings, knows_scale=knows_scale)
     about = {"title": suite.title, "scenarios": [asdict(scenario) for scenario in suite.scenarios]}
     card = {"title": suite.title, "description": suite.description}
-    return Contest(suite.name, suite.sources(), contenders, about, card)
+    return Contest(suite.name, suite.sources(), named + others, about, card)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rectmerge.alignment import Alignment, Method
 from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
-from rectmerge.methods import align, make_method
+from rectmerge.methods import Scale, align, make_method
 from scenarios.attempts import Attempt, attempt, peak_memory_mb, reset_peak_memory
 from scenarios.commandmethod import MATRIX, PROGRAM_PEAK_MB, Program
 from scenarios.limits import Limits, call_within
@@ -30,10 +30,11 @@ Task = tuple[str, str]  # a pair's id and a contender's label
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contender:
-    """A method under the label that the tables show."""
+    """A method under the label that the tables show, and whether it is told the ratio of the maps' cells."""
 
     label: str
     method: Method
+    knows_scale: bool = False
 
 
 class Entry(Protocol):
@@ -52,7 +53,9 @@ class Entry(Protocol):
         """Fields of the method."""
 
 
-def contenders_of(names: Sequence[str], entries: Sequence[Entry], settings: Sequence[str] = ()) -> list[Contender]:
+def contenders_of(
+    names: Sequence[str], entries: Sequence[Entry], settings: Sequence[str] = (), *, knows_scale: bool = False
+) -> list[Contender]:
     """Make contenders.
 
     Parameters
@@ -63,6 +66,8 @@ def contenders_of(names: Sequence[str], entries: Sequence[Entry], settings: Sequ
         The contenders of a suite.
     settings
         ``METHOD.FIELD=VALUE``, METHOD being the label or the method of one or more of the contenders.
+    knows_scale
+        Whether all are told the ratio of the maps' cells.
 
     Raises
     ------
@@ -83,7 +88,10 @@ def contenders_of(names: Sequence[str], entries: Sequence[Entry], settings: Sequ
             raise InputError(f"--set {setting}: no contender is called {owner!r}; there are: {', '.join(chosen)}")
         for fields in owned:
             fields[field] = value
-    return [Contender(label=label, method=make_method(method, **fields)) for label, (method, fields) in chosen.items()]
+    return [
+        Contender(label=label, method=make_method(method, **fields), knows_scale=knows_scale)
+        for label, (method, fields) in chosen.items()
+    ]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,12 +107,12 @@ class Answer:
 def answer(pair: MapPair, contender: Contender, *, seed: int = 0) -> Answer:
     """Ask a method for one pair, timed; what it compiles on its first call in this process is compiled before."""
     attempt(lambda: _warm_up(cast(Hashable, contender.method)))
-    return _timed(pair.a, pair.b, contender.method, seed)
+    return _timed(pair.a, pair.b, contender.method, seed, _told_scale(pair, contender))
 
 
 def answer_within(pair: MapPair, contender: Contender, *, seed: int = 0, limits: Limits) -> Answer:
     """Ask a method for one pair in a child process, which times itself and is killed where it takes too much."""
-    call = functools.partial(_timed, pair.a, pair.b, contender.method, seed)
+    call = functools.partial(_timed, pair.a, pair.b, contender.method, seed, _told_scale(pair, contender))
     compiles = not isinstance(contender.method, Program)
     first = functools.partial(_warm_up, cast(Hashable, contender.method)) if compiles else None
     got = call_within(limits, call, warm_up=first)
@@ -115,10 +123,23 @@ def answer_within(pair: MapPair, contender: Contender, *, seed: int = 0, limits:
     return Answer(attempt=lost, wall_s=waited, cpu_s=None, peak_mb=None)
 
 
-def _timed(a: OccupancyGrid, b: OccupancyGrid, method: Method, seed: int) -> Answer:
+def _told_scale(pair: MapPair, contender: Contender) -> Scale:
+    """Return what a contender is told of the pixel scale.
+
+    One that knows it is told the true one, of two places the ratio of the resolutions; where those are not known, none.
+    """
+    if not contender.knows_scale:
+        return "auto"
+    if pair.pixels is not None:
+        return pair.pixels.scale
+    size_a, size_b = (pair.info.get(f"resolution_{name}") for name in "ab")
+    return size_b / size_a if size_a and size_b else "free"
+
+
+def _timed(a: OccupancyGrid, b: OccupancyGrid, method: Method, seed: int, scale: Scale) -> Answer:
     can_measure = reset_peak_memory()
     wall, cpu = time.perf_counter(), _cpu_s()
-    got = attempt(lambda: align(a, b, method=method, seed=seed))
+    got = attempt(lambda: align(a, b, method=method, scale=scale, seed=seed))
     wall, cpu = time.perf_counter() - wall, _cpu_s() - cpu
     peaks = [got.value.trace.get(PROGRAM_PEAK_MB) if got.value else None, peak_memory_mb() if can_measure else None]
     return Answer(attempt=got, wall_s=wall, cpu_s=cpu, peak_mb=max((peak for peak in peaks if peak), default=None))
@@ -141,6 +162,7 @@ def row_of(pair: MapPair, contender: Contender, given: Answer) -> Row:
     errors = [measure_errors(pixels, pair) for pixels in candidates] if extent else []
     grades = [grade(e, residual or 0.0) for e in errors]
     row.update(
+        knows_scale=contender.knows_scale,
         related=pair.related,
         stratum=stratum,
         bent=is_bent(residual),
@@ -179,7 +201,18 @@ def _placements(found: Alignment) -> list[NDArray[np.float64]]:
 def blank_row(pair_id: str, suite: str, place: str, label: str) -> Row:
     """Lay out a row of which nothing is known yet."""
     row: Row = {"task_id": None, "pair_id": pair_id, "suite": suite, "place": place}
-    keys = ("related", "stratum", "bent", "overlap", "residual_px", "extent_px", "outcome", "verdict", "confidence")
+    keys = (
+        "knows_scale",
+        "related",
+        "stratum",
+        "bent",
+        "overlap",
+        "residual_px",
+        "extent_px",
+        "outcome",
+        "verdict",
+        "confidence",
+    )
     late = ("candidates", "evidence", "grades", "errors", "seconds", "peak_mb", "reason", "log", "info", "trace")
     return {**row, "method": label, **dict.fromkeys((*keys, *late))}
 

@@ -14,7 +14,7 @@ KEPT = 5  # candidates, at the most
 
 
 class Placement(NamedTuple):
-    """A placement of B on A between pixel centres, and the peer's own score of it, at least 0 and better when higher."""
+    """A placement of B on A between pixel centres, and the peer's own score of it: at least 0, better when higher."""
 
     pixels: Similarity
     score: float

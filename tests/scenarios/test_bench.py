@@ -1,11 +1,12 @@
 import json
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 
 from rectmerge.errors import InputError
 from rectmerge.methods import align
+from rectmerge.similarity import Similarity
 from scenarios.bench import read_rows, run
 from scenarios.dataset import open_dataset
 from scenarios.limits import Limits
@@ -45,6 +46,32 @@ def test_a_right_answer_is_a_full_row():
     assert scored["errors"]["e_over_l"] == pytest.approx(0.3 / (40**2 + 60**2) ** 0.5)
     assert scored["candidates"] == [[[1.0, 0.0, 4.3], [0.0, 1.0, 2.0]]]
     assert scored["seconds"]["wall"] > 0
+
+
+@dataclass(frozen=True)
+class Telling(Fixed):
+    """Rejects, and says between which scales it was to search."""
+
+    def align(self, a, b, *, scale, rng):
+        return replace(super().align(a, b, scale=scale, rng=rng), verdict="rejected", reason=f"{scale}")
+
+
+@pytest.mark.parametrize(
+    ("knows_scale", "changes", "told"),
+    [
+        (False, {}, (0.5, 2.0)),
+        (True, {"pixels": Similarity(1.25)}, (1.25, 1.25)),
+        (True, {"related": False, "info": {"resolution_a": 0.04, "resolution_b": 0.05}}, (1.25, 1.25)),
+        (True, {"related": False, "info": {"resolution_a": 0.04, "resolution_b": None}}, (0.5, 2.0)),
+    ],
+)
+def test_a_contender_that_knows_the_scale_is_told_it(knows_scale, changes, told):
+    one, the_pair = Contender(label="one", method=Telling(), knows_scale=knows_scale), pair(**changes)
+
+    scored = row_of(the_pair, one, answer(the_pair, one))
+
+    assert scored["reason"] == str(told)
+    assert scored["knows_scale"] is knows_scale
 
 
 @pytest.mark.parametrize(
@@ -153,6 +180,7 @@ def test_a_run_writes_its_folder(tmp_path):
     assert settings["methods"][1] == {
         "label": "shy",
         "method": "fixed",
+        "knows_scale": False,
         "set": {"verdict": "rejected", "tx": 4.0, "confidence": 0.75},
     }
     assert machine["command"] == "rectbench run made"

@@ -6,7 +6,7 @@ import pytest
 
 from rectmerge.errors import InputError
 from rectmerge.mapfile import read_map
-from scenarios.commandmethod import Program, labelled
+from scenarios.commandmethod import Program, ProgramError, labelled
 from scenarios.limits import Limits
 from scenarios.rows import Contender, answer_within, row_of
 from tests.scenarios.made import pair
@@ -100,6 +100,14 @@ def test_the_program_gets_images_and_map_server_files(program, tmp_path):
     assert np.array_equal(read_map(tmp_path / "a.png").occupancy, one.a.occupancy)
     assert np.array_equal(read_map(tmp_path / "b.yaml").occupancy, one.b.occupancy)
     assert read_map(tmp_path / "b.yaml").resolution is None  # hidden, never a false 1.0
+
+
+def test_a_program_is_told_a_known_scale_and_fails_where_it_asks_for_one_that_nobody_knows(program):
+    asks = program("import sys\nprint(sys.argv[3], '0 4  0', sys.argv[3], '2')", "{a} {b} {scale}")
+
+    assert asks.align(*maps(), scale=(1.25, 1.25), rng=None).trace["matrix"] == [[1.25, 0, 4], [0, 1.25, 2]]
+    with pytest.raises(ProgramError, match="--known-scale"):
+        asks.align(*maps(), scale=(0.5, 2.0), rng=None)
 
 
 def test_spaces_and_quotes_in_a_command_are_read_as_by_a_shell(tmp_path):

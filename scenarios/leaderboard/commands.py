@@ -1,0 +1,61 @@
+"""The commands of `rectbench` around the leaderboard."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rectmerge.console import Debug, Quiet
+from scenarios.terminal import progress, told_of_earlier_rows, told_of_rows
+
+
+def tune(
+    dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A data set; its split train is used.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="RUN", help="Folder for the run.")],
+    method: Annotated[
+        list[str] | None, typer.Option("--method", "-m", help="An entrant of the leaderboard; may be repeated.")
+    ] = None,
+    budget: Annotated[int, typer.Option(min=1, help="Configurations tried of each method.")] = 12,
+    every: Annotated[int, typer.Option(min=1, help="Take every so many-th pair only.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
+    force: Annotated[bool, typer.Option("--force", help="Clear an earlier run in the folder first.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Tune the methods of the leaderboard, all with one budget, and print what scenarios/leaderboard/tuned.toml takes.
+
+    The first configuration of each is its authors' own; the others are drawn from its space in
+    scenarios/leaderboard/entrants.toml. Taken is what is right and accepted most often less wrong and accepted, at its
+    best threshold. Interrupted and called again it goes on where it was.
+    """
+    import tomli_w
+
+    from scenarios import bench
+    from scenarios.dataset import dataset_name, open_dataset
+    from scenarios.executors import workplace
+    from scenarios.leaderboard.entrants import entrants_named
+    from scenarios.leaderboard.tuning import as_table, tuned_contender
+    from scenarios.rows import contenders_of
+
+    sources = open_dataset(dataset, split="train")[::every]
+    ways = {one: one.configurations(budget) for one in entrants_named(method or [])}
+    entries = [way for configurations in ways.values() for way in configurations]
+    contenders = contenders_of([entry.label for entry in entries], entries)
+    total = len(sources) * len(contenders)
+    with progress(total, quiet) as advance, workplace(workers, None) as (executor, in_flight):
+        bench.run(
+            sources,
+            contenders,
+            output,
+            suite=dataset_name(dataset),
+            executor=executor,
+            in_flight=in_flight,
+            force=force,
+            on_start=told_of_earlier_rows(advance, total, quiet),
+            on_rows=told_of_rows(advance),
+        )
+    rows = bench.read_rows(output)
+    table = as_table([tuned_contender(one, configurations, rows) for one, configurations in ways.items()])
+    typer.echo(tomli_w.dumps(table))

@@ -1,0 +1,75 @@
+"""Tuning: one budget for every method, on the same training pairs, the threshold of acceptance included.
+
+A configuration is worth its share of pairs that are right and accepted, less the share that is wrong and accepted.
+The threshold costs no budget: every configuration is run once, and the threshold taken at which its scores are worth
+most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rectmerge.errors import InputError
+from scenarios.leaderboard.entrants import Entrant
+from scenarios.rows import Row
+from scenarios.scenario import Contender
+from scenarios.score import RIGHT
+
+SCORE, THRESHOLD = "score", "accept_at"  # in a candidate's evidence; the field of the method
+
+
+@dataclass(frozen=True, slots=True)
+class Threshold:
+    """A threshold of acceptance, and how many more answers it accepts that are right than wrong."""
+
+    accept_at: float
+    worth: int
+
+
+def best_threshold(rows: Sequence[Row]) -> Threshold | None:
+    """Find the threshold at which the scores of a configuration's answers are worth most; None where none are told.
+
+    Of equals the highest: it accepts least.
+
+    Examples
+    --------
+    >>> answer = lambda score, grade: {"evidence": [{"score": score}], "grades": [grade]}
+    >>> best_threshold([answer(0.9, "right"), answer(0.7, "off"), answer(0.5, "fine"), answer(0.2, "off")])
+    Threshold(accept_at=0.8, worth=1)
+    """
+    told = [row for row in rows if row["evidence"] and SCORE in row["evidence"][0]]
+    if not told:
+        return None
+    scores = np.array([row["evidence"][0][SCORE] for row in told])
+    is_right = np.array([bool(row["grades"]) and row["grades"][0] in RIGHT for row in told])
+    levels = np.unique(scores)[::-1]
+    edges = [float(levels[0]) * 2 or 1.0, *((levels[:-1] + levels[1:]) / 2).tolist(), float(levels[-1]) / 2]
+    worth = [int((is_right & (scores >= edge)).sum() - (~is_right & (scores >= edge)).sum()) for edge in edges]
+    best = int(np.argmax(worth))
+    return Threshold(edges[best], worth[best])
+
+
+def tuned_contender(entrant: Entrant, configurations: Sequence[Contender], rows: Sequence[Row]) -> Contender:
+    """Take of an entrant's configurations, run as `entrant.configurations` gave them, the one that is worth most.
+
+    Raises
+    ------
+    InputError
+        If none of them told a score.
+    """
+    found = [(one, best_threshold([row for row in rows if row["method"] == one.label])) for one in configurations]
+    told = [(one, threshold) for one, threshold in found if threshold is not None and threshold.accept_at > 0]
+    if not told:
+        raise InputError(f"{entrant.label}: no answer tells a score: a method to be tuned names one in its evidence")
+    best, threshold = max(told, key=lambda pair: pair[1].worth)
+    fields = {**best.set, THRESHOLD: float(f"{threshold.accept_at:.4g}")}
+    return Contender(label=f"{entrant.label}-tuned", method=entrant.method, set=fields)
+
+
+def as_table(contenders: Sequence[Contender]) -> Mapping[str, Any]:
+    """Lay contenders out as ``tuned.toml`` has them."""
+    return {"contenders": [{"label": one.label, "method": one.method, "set": dict(one.set)} for one in contenders]}
