@@ -25,10 +25,11 @@ check: $(MARK)-all
 bench: $(MARK)-all
 	$(BIN)/python -m pytest tests/bench -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,rounds
 
-# The README's picture, the demo's, and those of docs/how-it-works.md, small enough to be kept.
+# The README's picture, the demo's, and those of docs/how-it-works.md and docs/the-papers-method.md, small enough to be kept.
 picture: demo
 	$(BIN)/python -c 'from PIL import Image; p = Image.open("demo/demo.png"); p.thumbnail((1280, 1280)); p.quantize(128, method=1, dither=0).save("docs/demo.png", optimize=True)'
 	$(BIN)/rectbench explain -o docs/how-it-works --force
+	$(BIN)/rectbench figures -o docs/the-papers-method --force
 
 clean:
 	rm -rf $(VENV) demo build dist

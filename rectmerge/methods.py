@@ -36,7 +36,7 @@ def make_method(name: str, **fields: object) -> Method:
     Raises
     ------
     MethodError
-        If there is no such method or field, or a value does not fit.
+        If there is no such method or field, it is no dataclass, or a value does not fit.
     """
     points = available()
     if name not in points:
@@ -45,6 +45,9 @@ def make_method(name: str, **fields: object) -> Method:
         cls = points[name].load()
     except (ImportError, AttributeError) as error:
         raise MethodError(f"method {name!r} cannot be loaded from {points[name].value}: {error}") from error
+    is_fit = dataclasses.is_dataclass(cls)
+    if not is_fit:
+        raise MethodError(f"method {name!r}: {points[name].value} is no dataclass; a method is a frozen one")
     known = {f.name: f for f in dataclasses.fields(cls) if f.init}
     for key in fields:
         if key not in known:

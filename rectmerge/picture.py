@@ -28,7 +28,7 @@ YELLOW, PINK, GREEN = (214, 158, 0), (222, 50, 150), (18, 128, 60)
 SERIES: tuple[Color, ...] = (WALL_A, WALL_B, GREEN, (136, 34, 168))
 
 
-def draw_overlay(a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) -> Picture:
+def draw_overlay(a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity, *, side_px: int = SIDE_PX) -> Picture:
     """Draw B on A under a placement: what each knows alone, where they agree and where they contradict each other.
 
     Parameters
@@ -37,13 +37,15 @@ def draw_overlay(a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) -> Pict
         The maps.
     pixels
         From B's pixels to A's.
+    side_px
+        The longer side, at most, of this picture and of the others in this module.
 
     Returns
     -------
     NDArray
         RGB, shape (H, W, 3), with A upright and a legend below.
     """
-    zoom = _enlarge(_zoom(_extent(a, b, pixels)))
+    zoom = _enlarge(_zoom(_extent(a, b, pixels), side_px))
     (code_a, code_b), _ = resample([a, b], [zoom, zoom @ pixels])
     on_a, on_b = OccupancyGrid(code_a), OccupancyGrid(code_b)
     reach = max(1, round(CONFLICT_REACH_CELLS * zoom.scale))
@@ -68,15 +70,17 @@ def draw_conflict(composition: Composition) -> Picture:
     return with_legend(image, {label: CONFLICT, "free": FREE_WHITE, "wall": WALL_BLACK, "unknown": UNKNOWN_GREY})
 
 
-def draw_map(grid: OccupancyGrid) -> Picture:
+def draw_map(grid: OccupancyGrid, *, side_px: int = SIDE_PX) -> Picture:
     """Draw a map as ROS shows it: free white, walls black, unknown grey; walls survive where it is made smaller."""
-    (codes,), _ = resample([grid], [_enlarge(_zoom(grid.shape))])
+    (codes,), _ = resample([grid], [_enlarge(_zoom(grid.shape, side_px))])
     return _shade(codes)
 
 
-def draw_rectangles(grid: OccupancyGrid, rectangles: Sequence[Rectangle], *, numbered: int = 20) -> Picture:
+def draw_rectangles(
+    grid: OccupancyGrid, rectangles: Sequence[Rectangle], *, numbered: int = 20, side_px: int = SIDE_PX
+) -> Picture:
     """Draw the rectangles of a map, numbering the first ones from 1 (figure 3)."""
-    image, zoom = draw_map(grid), _zoom(grid.shape)
+    image, zoom = draw_map(grid, side_px=side_px), _zoom(grid.shape, side_px)
     tint = image.copy()
     for i, box in enumerate(rectangles):
         cv2.rectangle(tint, *_corners(box, zoom), _hue(i), cv2.FILLED)
@@ -88,7 +92,13 @@ def draw_rectangles(grid: OccupancyGrid, rectangles: Sequence[Rectangle], *, num
     return image
 
 
-def draw_series(grid: OccupancyGrid, rectangles: Sequence[Rectangle], series: Mapping[str, Sequence[int]]) -> Picture:
+def draw_series(
+    grid: OccupancyGrid,
+    rectangles: Sequence[Rectangle],
+    series: Mapping[str, Sequence[int]],
+    *,
+    side_px: int = SIDE_PX,
+) -> Picture:
     """Draw series of largest neighbours (figure 4, table I), one colour per direction.
 
     Parameters
@@ -100,7 +110,7 @@ def draw_series(grid: OccupancyGrid, rectangles: Sequence[Rectangle], series: Ma
     series
         By direction, the indices of the rectangles from the starting one outwards, from 0.
     """
-    image, zoom = draw_map(grid), _zoom(grid.shape)
+    image, zoom = draw_map(grid, side_px=side_px), _zoom(grid.shape, side_px)
     for color, indices in zip(SERIES, series.values(), strict=False):
         for i in indices:
             cv2.rectangle(image, *_corners(rectangles[i], zoom), color, 2)
@@ -111,9 +121,9 @@ def draw_series(grid: OccupancyGrid, rectangles: Sequence[Rectangle], series: Ma
     return with_legend(image, dict(zip(series, SERIES, strict=False)))
 
 
-def draw_triangle(grid: OccupancyGrid, rectangles: Sequence[Rectangle]) -> Picture:
+def draw_triangle(grid: OccupancyGrid, rectangles: Sequence[Rectangle], *, side_px: int = SIDE_PX) -> Picture:
     """Draw three rectangles of a map, numbered in order, and the triangle of their centres (figures 8 to 10)."""
-    image, zoom = draw_map(grid), _zoom(grid.shape)
+    image, zoom = draw_map(grid, side_px=side_px), _zoom(grid.shape, side_px)
     for box in rectangles:
         cv2.rectangle(image, *_corners(box, zoom), GREEN, 2)
     path = np.array([_centre(box, zoom) for box in rectangles], np.int32).reshape(-1, 1, 2)
@@ -124,7 +134,11 @@ def draw_triangle(grid: OccupancyGrid, rectangles: Sequence[Rectangle]) -> Pictu
 
 
 def draw_parallels(
-    grid: OccupancyGrid, pairs: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]], angle: float
+    grid: OccupancyGrid,
+    pairs: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
+    angle: float,
+    *,
+    side_px: int = SIDE_PX,
 ) -> Picture:
     """Draw pairs of parallel edge lines, yellow and pink (figure 5), and the axes that `angle` makes upright.
 
@@ -137,7 +151,7 @@ def draw_parallels(
     angle
         Radians, counter-clockwise: the turn that puts the building upright (the paper's Lambda).
     """
-    image, zoom = draw_map(grid), _zoom(grid.shape)
+    image, zoom = draw_map(grid, side_px=side_px), _zoom(grid.shape, side_px)
     enlarge = _enlarge(zoom)
     for pair in pairs:
         for segment, color in zip(pair, (YELLOW, PINK), strict=True):
@@ -170,9 +184,9 @@ def _extent(a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) -> tuple[flo
     return height, width
 
 
-def _zoom(shape: tuple[float, float]) -> float:
+def _zoom(shape: tuple[float, float], side_px: int = SIDE_PX) -> float:
     """Return pixels of the picture per cell: a multiple of a half, or less than 1 for a large map."""
-    zoom = min(LARGEST_ZOOM, SIDE_PX / max(shape))
+    zoom = min(LARGEST_ZOOM, side_px / max(shape))
     return math.floor(2 * zoom) / 2 if zoom >= 1 else zoom
 
 

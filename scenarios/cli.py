@@ -12,7 +12,7 @@ import typer
 from rectmerge import console
 from rectmerge.console import Debug, Quiet, Version
 from rectmerge.errors import InputError
-from scenarios import datasetcommands, trustcommands
+from scenarios import datasetcommands, methodcommands, picturecommands, trustcommands
 from scenarios.leaderboard import commands as leaderboardcommands
 from scenarios.terminal import progress, summary_table, table, told_of_earlier_rows, told_of_rows
 
@@ -112,6 +112,9 @@ app.command()(trustcommands.calibrate)
 app.command()(trustcommands.trust)
 app.command()(datasetcommands.certify)
 app.command()(leaderboardcommands.tune)
+app.command()(methodcommands.check_method)
+app.command()(picturecommands.explain)
+app.command()(picturecommands.figures)
 
 
 @app.command()
@@ -152,20 +155,6 @@ def demo(
     typer.echo(table(*shown.table()))
     typer.echo(f"pictures: {output / 'demo.png'} and {len(shown.pictures) - 1} more in {output}")
     typer.echo(f"the mission's data: {output / 'mission'}")
-
-
-@app.command()
-def explain(
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the pictures.")],
-    force: Annotated[bool, typer.Option("--force", help="Replace earlier pictures in the folder.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
-) -> None:
-    """Draw what the default method does with two simulated pairs: the pictures of docs/how-it-works.md."""
-    from scenarios.explaining import explain
-
-    written = explain(output, force=force, say=(lambda line: None) if quiet else console.say)
-    typer.echo(f"written: {len(written)} pictures in {output}")
 
 
 @app.command()

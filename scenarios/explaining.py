@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +10,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.errors import SimulationError
@@ -27,13 +25,13 @@ from rectmerge.robust.sides import QUARTER, Sides
 from rectmerge.robust.weighing import FAR_CELLS, MET_CELLS, NEAR_CELLS
 from rectmerge.similarity import Similarity
 from scenarios.outputs import cleared_folder
+from scenarios.pagepicture import small_png
 from scenarios.pairs import MapPair
 from scenarios.scenario import load_suite
 
 Picture = NDArray[np.uint8]
 Color = tuple[int, int, int]
 NAMES = ("maps.png", "features.png", "shifts.png", "rivals.png", "ward.png")
-WIDTH, COLORS = 1200, 64  # of a picture, at the most
 # colours that the colour-blind tell apart: M. Okabe and K. Ito, Color Universal Design, 2008
 BLUE, SKY, ORANGE, VERMILION, PURPLE = (0, 114, 178), (86, 180, 233), (230, 159, 0), (213, 94, 0), (204, 121, 167)
 FLOOR, NOTHING, SILENT = (255, 255, 255), (222, 222, 222), (150, 150, 150)
@@ -288,12 +286,3 @@ class _Canvas:
     def fill(self, corners: NDArray[np.float64], color: Color) -> None:
         """Fill a polygon, shape (N, 2)."""
         cv2.fillPoly(self.image, [np.rint(self.zoom.apply(corners)).astype(np.int32)], color)
-
-
-def small_png(picture: Picture) -> bytes:
-    """Encode a picture at the width that a page shows, with a palette that keeps rare colours."""
-    image, packed = Image.fromarray(picture), io.BytesIO()
-    image.thumbnail((WIDTH, WIDTH))
-    few = image.quantize(COLORS, method=Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
-    few.save(packed, "png", optimize=True)
-    return packed.getvalue()

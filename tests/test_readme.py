@@ -55,7 +55,7 @@ def test_every_example_is_understood(words):
 
 @pytest.mark.parametrize("name", APPS)
 def test_every_command_is_in_the_readme(name):
-    assert set(typer.main.get_command(APPS[name]).commands) <= set(re.findall(rf"{name} ([a-z]+)", README))
+    assert set(typer.main.get_command(APPS[name]).commands) <= set(re.findall(rf"{name} ([a-z-]+)", README))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

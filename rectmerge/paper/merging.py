@@ -111,12 +111,9 @@ class Paper:
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
         """Place map B (the paper's map 2) on map A (map 1), or name the condition that a map does not meet."""
-        passes: list[_Pass] = []
+        passes: list[Pass] = []
         try:
-            for step in self._passes(a, b, scale):
-                passes.append(step)
-                if self._ends(step) or _repeats(passes):
-                    break
+            passes.extend(self.passes(a, b, scale=scale))
         except _ConditionError as reason:
             if not passes:
                 trace = {"iterations": [], "ended": False}
@@ -124,13 +121,20 @@ class Paper:
             return self._answer(a, b, passes, scale, f"the ratio loop stopped: {reason}")
         return self._answer(a, b, passes, scale, self._why_endless(passes))
 
-    def _passes(self, a: OccupancyGrid, b: OccupancyGrid, scale: tuple[float, float]) -> Iterator[_Pass]:
-        """Run the loop of Algorithm 5, one pass at a time."""
+    def passes(self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float]) -> Iterator[Pass]:
+        """Run the loop of Algorithm 5, one pass at a time, until the ratio is 1, a scale repeats, or it is given up.
+
+        Raises
+        ------
+        RectMergeError
+            After the passes that were possible, if a condition of the paper is not met; it says which.
+        """
         names = ("A", "B")
+        steps: list[Pass] = []
         if self.clean_specks:
             a, b = remove_specks(a), remove_specks(b)
         images = [PlacedImage.of(grid.occupancy) for grid in (a, b)]
-        turns = [_Turn(0.0), _Turn(0.0)]
+        turns = [Turn(0.0), Turn(0.0)]
         for number in range(self.max_iterations):  # Alg. 5, line 9
             if number == 0 or self.angle_inside_loop:
                 turns = [self._turn(image, name) for image, name in zip(images, names, strict=True)]  # lines 2-5
@@ -142,18 +146,21 @@ class Paper:
             match = self._match(*found)  # lines 12-13, 15
             rescaled_by = images[1].pose.scale * match.ratio
             placed = overlay(images, match)  # line 18, where the centres belong to these images
-            yield _Pass(match, placed, (turns[0], turns[1]), (len(found[0]), len(found[1])), rescaled_by)
+            steps.append(Pass(match, placed, (turns[0], turns[1]), tuple(images), tuple(found), rescaled_by))
+            yield steps[-1]
+            if self._ends(steps[-1]) or _repeats(steps):
+                return
             if not min(scale[0], 1) / RUNAWAY <= rescaled_by <= max(scale[1], 1) * RUNAWAY:
                 raise _ConditionError(f"map B was to be rescaled by {rescaled_by:.4f}, far outside its bounds")
             images[0] = images[0].turned(match.quarter_turns * math.pi / 2)  # line 14
             images[1] = _fitting("B", images[1].rescaled, match.ratio, self.resample_from)  # line 16
 
-    def _turn(self, image: PlacedImage, name: str) -> _Turn:
+    def _turn(self, image: PlacedImage, name: str) -> Turn:
         """Find Lambda of one map."""
         grid = OccupancyGrid(image.cells)
         found = self._rmap(image, name)
         if self.orientation == "projection":
-            return _Turn(smallest_turn(-dominant_angle(grid)))
+            return Turn(smallest_turn(-dominant_angle(grid)))
         oriented = orthogonal_orientation(
             found,
             n_rectangles=self.n_rectangles,
@@ -163,7 +170,7 @@ class Paper:
         )
         if oriented is None:
             raise _ConditionError(f"map {name} has no pair of parallel edges on facing sides of an empty space")
-        return _Turn(oriented.turn, oriented.is_cut)
+        return Turn(oriented.turn, oriented.is_cut)
 
     def _rmap(self, image: PlacedImage, name: str) -> RMap:
         found = rmap(OccupancyGrid(image.cells).free, inclusive_sides=self.inclusive_sides)
@@ -189,10 +196,10 @@ class Paper:
             )
         return match_triangles(first, second, triangles)
 
-    def _ends(self, step: _Pass) -> bool:
+    def _ends(self, step: Pass) -> bool:
         return abs(step.match.ratio - 1) <= self.ratio_tolerance
 
-    def _why_endless(self, passes: list[_Pass]) -> str | None:
+    def _why_endless(self, passes: list[Pass]) -> str | None:
         if self._ends(passes[-1]):
             return None
         ratios = ", ".join(f"{step.match.ratio:.4f}" for step in passes)
@@ -203,7 +210,7 @@ class Paper:
         self,
         a: OccupancyGrid,
         b: OccupancyGrid,
-        passes: list[_Pass],
+        passes: list[Pass],
         scale: tuple[float, float],
         endless: str | None,
     ) -> Alignment:
@@ -223,7 +230,7 @@ class Paper:
         )
 
 
-class _Turn(NamedTuple):
+class Turn(NamedTuple):
     """Lambda of one map in radians, and whether Algorithm 3 left out rectangles of some edge to find it."""
 
     angle: float
@@ -231,24 +238,40 @@ class _Turn(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Pass:
-    """One pass of the loop: what matched, the placement it gives, and the figures for the trace."""
+class Pass:
+    """One pass of the loop.
+
+    Parameters
+    ----------
+    match
+        What matched.
+    pixels
+        The placement it gives, from B's pixels to A's.
+    turns
+        Lambda of both maps.
+    images, rmaps
+        Both maps as they were matched, and their rectangles.
+    scale_after
+        How many times larger map 2 is made by this pass and those before it.
+    """
 
     match: Match
     pixels: Similarity
-    turns: tuple[_Turn, _Turn]
-    counts: tuple[int, int]
+    turns: tuple[Turn, Turn]
+    images: tuple[PlacedImage, ...]
+    rmaps: tuple[RMap, ...]
     scale_after: float
 
     def as_trace(self) -> dict[str, Any]:
+        """Return the figures of the trace as plain data."""
         return {
             "lambda_a_deg": math.degrees(self.turns[0].angle),
             "lambda_b_deg": math.degrees(self.turns[1].angle),
             "has_cut_edges_a": self.turns[0].has_cut_edges,
             "has_cut_edges_b": self.turns[1].has_cut_edges,
             **self.match.as_trace(),
-            "rectangles_a": self.counts[0],
-            "rectangles_b": self.counts[1],
+            "rectangles_a": len(self.rmaps[0]),
+            "rectangles_b": len(self.rmaps[1]),
             "cumulative_ratio": self.scale_after,
         }
 
@@ -263,11 +286,11 @@ def _fitting(
         raise _ConditionError(f"map {name} is too large: {error}") from None
 
 
-def _iterations(passes: list[_Pass]) -> str:
+def _iterations(passes: list[Pass]) -> str:
     return f"{len(passes)} iteration{'s' * (len(passes) != 1)}"
 
 
-def _repeats(passes: list[_Pass]) -> bool:
+def _repeats(passes: list[Pass]) -> bool:
     """Tell whether map 2 has come back to a scale it had before."""
     scales = [1.0] + [step.scale_after for step in passes]
     return any(abs(scales[-1] / before - 1) < 1e-9 for before in scales[:-1])

@@ -1,5 +1,6 @@
 import math
 from dataclasses import dataclass, field
+from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
@@ -101,6 +102,14 @@ def test_a_map_without_free_space_is_named_without_asking_the_method(name):
     assert not found
     assert f"map {name}" in found.reason
     assert not solver.asked
+
+
+def test_a_class_that_is_no_dataclass_is_refused(monkeypatch):
+    point = EntryPoint(name="plain", value="fractions:Fraction", group=methods.GROUP)
+    monkeypatch.setattr(methods, "available", lambda: {"plain": point})
+
+    with pytest.raises(MethodError, match="fractions:Fraction is no dataclass"):
+        make_method("plain")
 
 
 def test_an_unknown_method_is_refused_and_the_known_ones_are_named():

@@ -1,0 +1,95 @@
+import math
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from rectmerge import console
+from rectmerge.paper.rmap import rmap
+from scenarios import cli
+from scenarios.figures import FIGURES, TABLE, Walked, neighbours_table, practical_pair
+from scenarios.score import RIGHT, grade, measure_errors
+from scenarios.simpleplan import RATIO, TURNS_DEG, simple_maps
+from scenarios.truth import known_extent
+from tests.test_docs import ROOT
+
+FOLDER = ROOT / "docs" / "the-papers-method"
+PAGE = FOLDER.with_suffix(".md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def walked():
+    a, b, _ = simple_maps()
+    return Walked.of(a, b)
+
+
+def test_the_simple_maps_are_turned_and_scaled_as_the_paper_says():
+    _, _, truth = simple_maps()
+
+    assert truth.scale == pytest.approx(RATIO)
+    assert math.degrees(truth.angle) % 360 == pytest.approx(TURNS_DEG[1] - TURNS_DEG[0])
+
+
+def test_the_method_lays_the_simple_maps_on_each_other(walked):
+    a, b, truth = simple_maps()
+    walls = np.argwhere(b.occupied)[:, ::-1]
+
+    off = np.hypot(*(walked.passes[-1].pixels.apply(walls) - truth.apply(walls)).T)
+
+    assert off.mean() < 0.01 * known_extent(a)
+
+
+def test_the_page_tells_what_the_method_found(walked):
+    turns = [f"{math.degrees(turn.turn):.2f} degrees" for turn in walked.turns[:1]]
+    ratios = [f"{step.match.ratio:.4f}" for step in walked.passes]
+    counts = f"{len(walked.rmaps[0])} and {len(walked.rmaps[1])} rectangles"
+    scale = f"ends at {walked.passes[-1].scale_after:.4f}"
+
+    told = " ".join(PAGE.split())
+    assert [word for word in (*turns, *ratios, counts, scale) if word not in told] == []
+    assert neighbours_table(walked.rmaps[0]) in PAGE
+    assert f"{90 * walked.passes[0].match.quarter_turns} degrees" in told
+
+
+def test_a_series_that_ends_early_leaves_cells_empty():
+    found = rmap(np.pad(np.ones((3, 4), np.bool_), 1))
+
+    assert neighbours_table(found) == "\n".join(
+        ["| direction |", "| --- |", "| up |", "| down |", "| left |", "| right |"]
+    )
+
+
+def test_the_pictures_of_the_page_are_small_and_all_captioned():
+    assert max((FOLDER / name).stat().st_size for name in FIGURES) <= 60_000
+    assert [name for name in FIGURES if f"(the-papers-method/{name})" not in PAGE] == []
+    captions = re.findall(r"\]\(the-papers-method/figure-(\d+)\.png\)\n\n\*Figures?(?: 1 and)? (\d+)\. ", PAGE)
+    assert [(int(one), int(other)) for one, other in captions] == [(n, n) for n in range(2, 13)]
+    assert (FOLDER / TABLE).read_text().strip() in PAGE
+
+
+@pytest.mark.slow
+@pytest.mark.sim
+def test_the_command_writes_every_figure(tmp_path, capsys):
+    words = ["figures", "-o", str(tmp_path / "figures"), "--quiet"]
+
+    assert console.run(cli.app, "rectbench", words) == console.YES
+    assert console.run(cli.app, "rectbench", words) == console.BAD_INPUT  # never over earlier ones unasked
+
+    assert sorted(path.name for path in (tmp_path / "figures").iterdir()) == sorted([*FIGURES, TABLE])
+    for name in FIGURES:
+        drawn, kept = (
+            np.asarray(Image.open(folder / name).convert("RGB")) for folder in (tmp_path / "figures", FOLDER)
+        )
+        assert drawn.shape == kept.shape
+        assert (np.abs(drawn.astype(int) - kept).max(axis=2) > 32).mean() < 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.sim
+def test_the_office_of_figure_12_is_merged_rightly():
+    pair = practical_pair()
+
+    errors = measure_errors(Walked.of(pair.a, pair.b).passes[-1].pixels, pair)
+
+    assert grade(errors, pair.residual_px / known_extent(pair.a)) in RIGHT
