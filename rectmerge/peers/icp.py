@@ -71,9 +71,9 @@ class Icp:
     side_cells: int = 400
     angles: int = 24
     scales: int = 5
-    shifts: int = 9
-    points: int = 150
-    rounds: int = 25
+    shifts: int = 7
+    points: int = 80
+    rounds: int = 20
     finished: int = 24
     kept_share: float = 0.7
     reach_share: float = 0.12

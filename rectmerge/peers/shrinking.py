@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,12 +30,9 @@ class Shrunk:
     @classmethod
     def of(cls, grid: OccupancyGrid, most_cells: int) -> Shrunk:
         """Shrink a map with a known cell until no side is longer than `most_cells`."""
-        known = ~grid.unknown
-        top, left = int(known.any(axis=1).argmax()), int(known.any(axis=0).argmax())
-        bottom = known.shape[0] - int(known.any(axis=1)[::-1].argmax())
-        right = known.shape[1] - int(known.any(axis=0)[::-1].argmax())
-        side = -(-max(bottom - top, right - left) // most_cells)
-        cut = (slice(top, bottom), slice(left, right))
+        left, top, width, height = cv2.boundingRect((~grid.unknown).view(np.uint8))
+        cut = (slice(top, top + height), slice(left, left + width))
+        side = -(-max(width, height) // most_cells)
         occupied, free = _count(grid.occupied[cut], side), _count(grid.free[cut], side)
         cells = np.where(occupied > 0, OCCUPIED, np.where(2 * free >= side**2, FREE, UNKNOWN)).astype(np.int8)
         middle = (side - 1) / 2
