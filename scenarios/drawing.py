@@ -84,10 +84,12 @@ def corners(value: Any) -> Iterator[Any]:
 
 def _between(draw: Mapping[str, Any], share: float) -> float | int:
     low, high = draw["from"], draw["to"]
+    is_whole = isinstance(low, int) and isinstance(high, int)
     if draw.get("log"):
-        return float(math.exp(math.log(low) + share * (math.log(high) - math.log(low))))
-    if isinstance(low, int) and isinstance(high, int):
-        return low + int(share * (high - low + 1))
+        value = math.exp(math.log(low) + share * (math.log(high) - math.log(low)))
+        return round(value) if is_whole else value
+    if is_whole:
+        return int(low + int(share * (high - low + 1)))
     return float(low + share * (high - low))
 
 

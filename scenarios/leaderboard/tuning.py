@@ -33,7 +33,7 @@ class Threshold:
 def best_threshold(rows: Sequence[Row]) -> Threshold | None:
     """Find the threshold at which the scores of a configuration's answers are worth most; None where none are told.
 
-    Of equals the highest: it accepts least.
+    Of equals the highest: it accepts least. The highest score itself is always accepted: its method allows no more.
 
     Examples
     --------
@@ -47,7 +47,7 @@ def best_threshold(rows: Sequence[Row]) -> Threshold | None:
     scores = np.array([row["evidence"][0][SCORE] for row in told])
     is_right = np.array([bool(row["grades"]) and row["grades"][0] in RIGHT for row in told])
     levels = np.unique(scores)[::-1]
-    edges = [float(levels[0]) * 2 or 1.0, *((levels[:-1] + levels[1:]) / 2).tolist(), float(levels[-1]) / 2]
+    edges = [*((levels[:-1] + levels[1:]) / 2).tolist(), float(levels[-1]) / 2]
     worth = [int((is_right & (scores >= edge)).sum() - (~is_right & (scores >= edge)).sum()) for edge in edges]
     best = int(np.argmax(worth))
     return Threshold(edges[best], worth[best])

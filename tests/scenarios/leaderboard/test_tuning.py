@@ -44,11 +44,11 @@ def test_the_first_configuration_is_the_authors_own_and_a_budget_holds_those_of_
     ("answers", "accept_at", "worth"),
     [
         ([(0.9, "right"), (0.7, "off")], 0.8, 1),
-        ([(0.9, "off"), (0.7, "right")], 1.8, 0),  # nothing is accepted
+        ([(0.9, "off"), (0.7, "right")], 0.35, 0),
         ([(0.9, "fine"), (0.7, "right")], 0.35, 2),
         ([(0.9, None), (0.7, "right"), (0.6, "right"), (0.5, "right")], 0.25, 2),  # of two places: wrong
         ([(0.9, "right"), (0.9, "off"), (0.1, "right"), (None, None)], 0.05, 1),
-        ([(0.0, "off")], 1.0, 0),
+        ([(0.8, "off")], 0.4, -1),
     ],
 )
 def test_the_threshold_is_where_right_less_wrong_is_most(answers, accept_at, worth):
