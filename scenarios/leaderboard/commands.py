@@ -40,8 +40,8 @@ def tune(
     from scenarios.rows import contenders_of
 
     sources = open_dataset(dataset, split="train")[::every]
-    ways = {one: one.configurations(budget) for one in entrants_named(method or [])}
-    entries = [way for configurations in ways.values() for way in configurations]
+    ways = [(one, one.configurations(budget)) for one in entrants_named(method or [])]
+    entries = [way for _, configurations in ways for way in configurations]
     contenders = contenders_of([entry.label for entry in entries], entries)
     total = len(sources) * len(contenders)
     with progress(total, quiet) as advance, workplace(workers, None) as (executor, in_flight):
@@ -57,5 +57,5 @@ def tune(
             on_rows=told_of_rows(advance),
         )
     rows = bench.read_rows(output)
-    table = as_table([tuned_contender(one, configurations, rows) for one, configurations in ways.items()])
+    table = as_table([tuned_contender(one, configurations, rows) for one, configurations in ways])
     typer.echo(tomli_w.dumps(table))
