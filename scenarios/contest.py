@@ -77,7 +77,7 @@ def contest_of(
     if is_dataset(target) or (Path(target).is_dir() and target not in suite_names()):
         pairs = open_dataset(target)
         named = contenders_of(methods or default, contenders(), settings, knows_scale=knows_scale)
-        return Contest(dataset_name(target), pairs, named + others, {})
+        return Contest(dataset_name(target), pairs, named + others, {"dataset": str(Path(target).resolve())})
     suite = load_suite(target)
     own = [] if others else [entry.label for entry in suite.methods]
     named = contenders_of(methods or own or default, [*contenders(), *suite.methods], settings, knows_scale=knows_scale)

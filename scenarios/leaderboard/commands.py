@@ -59,3 +59,20 @@ def tune(
     rows = bench.read_rows(output)
     table = as_table([tuned_contender(one, configurations, rows) for one, configurations in ways])
     typer.echo(tomli_w.dumps(table))
+
+
+def report(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Finished runs.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.html", help="The page.")],
+    latex: Annotated[
+        Path | None, typer.Option(metavar="FILE.tex", help="The leaderboards as LaTeX tables, too.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier report.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Write finished runs as one page: leaderboard, charts, and a gallery of every pair. It needs no network."""
+    from scenarios.report.page import write_report
+
+    count = write_report(runs, output, table=latex, force=force)
+    typer.echo(f"written: {output}, {count} answers, {output.stat().st_size / 1e6:.1f} MB")

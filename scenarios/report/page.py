@@ -1,0 +1,108 @@
+"""The page itself: one file that holds its style, its script, its charts and its maps."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from rectmerge.errors import InputError
+from rectmerge.imagefile import replace_file
+from scenarios.report import charts
+from scenarios.report.gallery import gallery
+from scenarios.report.latex import latex
+from scenarios.report.reading import Contest, Runs
+from scenarios.report.standings import as_cells, standings
+
+TEMPLATE, STYLE, SCRIPT = "page.html.j2", "page.css", "page.js"
+
+
+def write_report(folders: Sequence[Path], out: Path, *, table: Path | None = None, force: bool = False) -> int:
+    """Write the report of finished runs.
+
+    Parameters
+    ----------
+    folders
+        The runs'.
+    out
+        The page.
+    table
+        Where the leaderboards go as LaTeX tables, if anywhere.
+    force
+        Replace what is there.
+
+    Returns
+    -------
+    int
+        How many answers the page shows.
+
+    Raises
+    ------
+    InputError
+        If a run cannot be read, or a file is there already and `force` is off.
+    """
+    for path in (out, table):
+        if path is not None and path.exists() and not force:
+            raise InputError(f"{path}: is there already; --force replaces it")
+    runs = Runs.read(folders)
+    replace_file(out, html(runs).encode())
+    if table is not None:
+        replace_file(table, latex(runs.contests).encode())
+    return sum(len(contest.rows) for contest in runs.contests)
+
+
+def html(runs: Runs) -> str:
+    """Return the page of some runs."""
+    try:
+        from jinja2 import Environment, StrictUndefined
+    except ImportError:
+        raise InputError("the report is written with jinja2: pip install 'rectmerge[bench]'") from None
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    held = gallery(runs)
+    return environment.from_string(_text(TEMPLATE)).render(
+        style=_text(STYLE),
+        script=_text(SCRIPT),
+        contests=[_section(contest) for contest in runs.contests],
+        provenance=runs.provenance,
+        answers=len(held["answers"]),
+        gallery=_as_script(held),
+    )
+
+
+def _section(contest: Contest) -> dict[str, Any]:
+    """Gather what the page shows of one suite and track."""
+    lines = standings(contest)
+    shown = charts.shown_lines(contest, lines)
+    return {
+        "name": contest.name,
+        "pairs": len({row["pair_id"] for row in contest.rows}),
+        "places": len({row["place"] for row in contest.rows}),
+        "lines": [(line.label, as_cells(line)) for line in lines],
+        "shown": list(shown),
+        "success": charts.success_charts(shown),
+        "recall": charts.recall_chart(shown),
+        "time": charts.time_chart(lines),
+        "risk": charts.risk_chart(shown),
+        "reliability": charts.reliability_chart(shown),
+    }
+
+
+def _as_script(content: Any) -> str:
+    """Write plain data so that a script element can hold it: no markup in it, and no number that JSON has not."""
+    text = json.dumps(_finite(content), separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _finite(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {key: _finite(value) for key, value in content.items()}
+    if isinstance(content, list):
+        return [_finite(value) for value in content]
+    return None if isinstance(content, float) and not math.isfinite(content) else content
+
+
+def _text(name: str) -> str:
+    return (files("scenarios.report") / name).read_text(encoding="utf-8")

@@ -1,0 +1,109 @@
+"""Finished runs as the report reads them: rows by suite and track, the records of how they were made, and the maps."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rectmerge.errors import InputError
+from scenarios.bench import DATASET, read_rows
+from scenarios.dataset import RowSource, is_dataset, open_dataset
+from scenarios.resume import MACHINE, RECORD
+from scenarios.rows import Row
+
+TRACKS = {False: "unknown scale", True: "known scale"}
+
+
+@dataclass(frozen=True, slots=True)
+class Contest:
+    """All rows of one suite and track."""
+
+    suite: str
+    track: str
+    rows: Sequence[Row]
+
+    @property
+    def name(self) -> str:
+        """What the page calls it."""
+        return f"{self.suite}, {self.track}"
+
+    def by_method(self) -> dict[str, list[Row]]:
+        """The rows of each label, in the order in which labels first come."""
+        found: dict[str, list[Row]] = {}
+        for row in self.rows:
+            found.setdefault(row["method"], []).append(row)
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """How a run was made."""
+
+    command: str
+    commit: str
+    machine: str
+
+
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """What a report is made of.
+
+    Parameters
+    ----------
+    contests
+        The rows, by suite and track in the order of the runs.
+    provenance
+        Of each run.
+    maps
+        Rows of data sets that hold the pairs' maps, by pair id; pairs that no data set holds are missing.
+    """
+
+    contests: Sequence[Contest]
+    provenance: Sequence[Provenance]
+    maps: dict[str, RowSource]
+
+    @classmethod
+    def read(cls, folders: Sequence[Path]) -> Runs:
+        """Read finished runs.
+
+        Raises
+        ------
+        InputError
+            If a folder holds no finished run, or two runs tell of the same pair, method and track.
+        """
+        grouped: dict[tuple[str, str], list[Row]] = {}
+        provenance, seen = [], set()
+        maps: dict[str, RowSource] = {}
+        for folder in folders:
+            for row in read_rows(folder):
+                track = TRACKS[bool(row.get("knows_scale"))]
+                task = (row["suite"], track, row["pair_id"], row["method"])
+                if task in seen:
+                    raise InputError(f"{folder}: {row['method']} on {row['pair_id']} is in another run as well")
+                seen.add(task)
+                grouped.setdefault((row["suite"], track), []).append(row)
+            provenance.append(_provenance(folder))
+            maps |= _maps(folder)
+        return cls([Contest(suite, track, rows) for (suite, track), rows in grouped.items()], provenance, maps)
+
+
+def _provenance(folder: Path) -> Provenance:
+    try:
+        made = json.loads((folder / MACHINE).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder / MACHINE}: cannot be read: {error}") from error
+    machine = f"{made['processor']}, {made['cores']} cores, {made['system']}, Python {made['python']}"
+    return Provenance(made["command"], made["commit"] or "unknown", machine)
+
+
+def _maps(folder: Path) -> dict[str, RowSource]:
+    """Find the pairs of a run's own data set, or of the one that it was run on, if that is still there."""
+    record: dict[str, Any] = tomllib.loads((folder / RECORD).read_text(encoding="utf-8"))
+    for place in (folder / DATASET, Path(record.get("dataset", folder / DATASET))):
+        if is_dataset(place):
+            return {one.pair_id: one for one in open_dataset(place) if isinstance(one, RowSource)}
+    return {}

@@ -1,0 +1,140 @@
+"""The leaderboard: what each method reached on one suite and track."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.accuracy import count, is_right, median_error_px
+from scenarios.report.reading import Contest
+from scenarios.rows import Row
+from scenarios.statistics import Rate, clustered_rate
+from scenarios.trust import answered, calibration_error
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Standing:
+    """One method's line.
+
+    Parameters
+    ----------
+    label
+        The method's.
+    right
+        Required pairs that are right and accepted, with the interval by place.
+    best
+        Required pairs whose best candidate is right, whatever the verdict.
+    wrong
+        Pairs of one place that are accepted though wrong.
+    merged
+        Pairs of two places that are accepted, with the interval by place.
+    ambiguous, failed
+        Of all pairs.
+    aurc
+        Area under the risk-coverage curve: the mean share of wrong answers among the most confident, over all shares
+        that are kept; None without answers.
+    brier, calibration
+        Brier score and expected calibration error of the confidence.
+    error_cells
+        Median error of the best candidate on required pairs, a pair without one counting as worst; None if that is it.
+    seconds
+        Median processor time of an answer.
+    memory_mb
+        Largest peak of memory.
+    """
+
+    label: str
+    right: Rate
+    best: int
+    wrong: int
+    merged: Rate
+    ambiguous: int
+    failed: int
+    aurc: float | None
+    brier: float | None
+    calibration: float | None
+    error_cells: float | None
+    seconds: float | None
+    memory_mb: float | None
+
+
+def standings(contest: Contest) -> list[Standing]:
+    """Return the lines of a suite and track, the most right and accepted first."""
+    lines = [_standing(label, rows) for label, rows in contest.by_method().items()]
+    return sorted(lines, key=lambda line: (-line.right.k, line.wrong + line.merged.k))
+
+
+def _standing(label: str, rows: Sequence[Row]) -> Standing:
+    required = [row for row in rows if row["stratum"] == "required"]
+    unrelated = [row for row in rows if row["stratum"] == "unrelated"]
+    counts = count(rows)
+    confidence, right = confident(rows)
+    seconds = [row["seconds"]["cpu"] for row in rows if row["seconds"] and row["seconds"]["cpu"] is not None]
+    peaks = [row["peak_mb"] for row in rows if row["peak_mb"]]
+    error = median_error_px(required)
+    return Standing(
+        label=label,
+        right=rate_of(required, "right-accepted"),
+        best=sum(map(is_right, required)),
+        wrong=sum(row["outcome"] == "wrong-accepted" for row in rows if row["stratum"] != "unrelated"),
+        merged=rate_of(unrelated, "wrong-accepted"),
+        ambiguous=counts["ambiguous"],
+        failed=counts["failed"],
+        aurc=float(risks(confidence, right).mean()) if len(right) else None,
+        brier=float(np.mean((confidence - right) ** 2)) if len(right) else None,
+        calibration=calibration_error(confidence, right) if len(right) else None,
+        error_cells=error,
+        seconds=float(np.median(seconds)) if seconds else None,
+        memory_mb=max(peaks, default=None),
+    )
+
+
+def rate_of(rows: Sequence[Row], outcome: str) -> Rate:
+    """Count an outcome, with its interval by place."""
+    return clustered_rate([row["outcome"] == outcome for row in rows], [row["place"] for row in rows])
+
+
+def confident(rows: Sequence[Row]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the confidence of answers that tell one, and 1.0 where they are right, most confident first."""
+    confidence, right = answered([row for row in rows if row["confidence"] is not None])
+    order = np.argsort(-confidence, kind="stable")
+    return confidence[order], right[order]
+
+
+def risks(confidence: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the share that is wrong of the first 1, 2, ... answers; of equally confident ones, of all of them.
+
+    Examples
+    --------
+    >>> risks(np.array([0.9, 0.5, 0.5, 0.1]), np.array([1.0, 1.0, 0.0, 0.0])).round(2).tolist()
+    [0.0, 0.33, 0.33, 0.5]
+    """
+    shares = np.cumsum(1 - right) / np.arange(1, len(right) + 1)
+    last = np.searchsorted(-confidence, -confidence, side="right") - 1
+    return np.asarray(shares[last], np.float64)
+
+
+def as_cells(line: Standing) -> Mapping[str, tuple[str, Any]]:
+    """Lay a line out: by heading, the text and the number that it is sorted by, None where there is nothing."""
+    return {
+        "right and accepted": (str(line.right), line.right.value),
+        "best right": (str(line.best), line.best),
+        "wrong": (str(line.wrong), line.wrong),
+        "false merges": (str(line.merged) if line.merged.n else "-", line.merged.value),
+        "ambiguous": (str(line.ambiguous), line.ambiguous),
+        "failed": (str(line.failed), line.failed),
+        "AURC": _number(line.aurc, 3),
+        "Brier": _number(line.brier, 3),
+        "ECE": _number(line.calibration, 3),
+        "e, cells": _number(line.error_cells, 2),
+        "CPU s": _number(line.seconds, 2),
+        "MB": _number(line.memory_mb, 0),
+    }
+
+
+def _number(value: float | None, digits: int) -> tuple[str, float | None]:
+    return ("-" if value is None else f"{value:.{digits}f}"), value
