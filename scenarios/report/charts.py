@@ -21,7 +21,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">")
 MOST_LINES = 8
 BINS = 10
-SMALL, WIDE = (4.2, 3.1), (5.2, 3.6)  # inches
+SIZE = (5.2, 4.0)  # inches
 Lines = Mapping[str, list[Row]]
 
 
@@ -89,6 +89,8 @@ def recall_chart(lines: Lines) -> str:
 
 def time_chart(standings: Sequence[Standing]) -> str:
     """Draw time against accuracy, a point for every label."""
+    from matplotlib.ticker import NullFormatter
+
     figure, axes = _axes("median processor time of an answer, seconds", "right and accepted, share of pairs")
     for k, line in enumerate(line for line in standings if line.seconds and line.right.n):
         style = {"color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)]}
@@ -96,6 +98,7 @@ def time_chart(standings: Sequence[Standing]) -> str:
         bars = [[value - min(value, line.right.low)], [max(value, line.right.high) - value]]
         axes.errorbar(line.seconds, value, yerr=bars, lw=0.8, ls="", label=line.label, **style)
     axes.set_xscale("log")
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylim(-0.02, 1.02)
     return _svg(figure, axes)
 
@@ -133,10 +136,10 @@ def _success(lines: Lines, variable: Variable) -> str | None:
         label: [row for row in rows if row["stratum"] != "unrelated" and variable.of(row) is not None]
         for label, rows in lines.items()
     }
-    filled = {_bin(variable, row) for rows in told.values() for row in rows}
-    if len(filled - {None}) < 2:
+    filled = {_bin(variable, row) for rows in told.values() for row in rows} - {None}
+    if len(filled) < 2:
         return None
-    figure, axes = _axes(variable.name, "right and accepted, share", SMALL)
+    figure, axes = _axes(variable.name, "right and accepted, share")
     for k, (style, (label, rows)) in enumerate(zip(_styles(), told.items(), strict=False)):
         at, rates = [], []
         for place in range(len(variable.edges) - 1):
@@ -151,7 +154,9 @@ def _success(lines: Lines, variable: Variable) -> str | None:
         axes.errorbar(
             np.array(at) + 0.05 * (k - len(told) / 2), values, yerr=bars, elinewidth=0.6, label=label, **style
         )
-    axes.set_xticks(range(len(variable.edges) - 1), [_named(*ends) for ends in pairwise(variable.edges)])
+    names = [_named(*ends) for ends in pairwise(variable.edges)]
+    places = sorted(place for place in filled if place is not None)
+    axes.set_xticks(places, [names[place] for place in places])
     axes.set_ylim(-0.02, 1.02)
     return _svg(figure, axes)
 
@@ -175,14 +180,14 @@ def _styles() -> list[dict[str, Any]]:
     ]
 
 
-def _axes(across: str, up: str, size: tuple[float, float] = WIDE) -> tuple[Any, Any]:
+def _axes(across: str, up: str) -> tuple[Any, Any]:
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=size, layout="constrained")
+    figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.add_subplot()
-    axes.set_xlabel(across, color=INK)
-    axes.set_ylabel(up, color=INK)
-    axes.tick_params(colors=INK, labelsize=8)
+    axes.set_xlabel(across, color=INK, fontsize=9)
+    axes.set_ylabel(up, color=INK, fontsize=9)
+    axes.tick_params(colors=INK, labelsize=8, which="both")
     axes.patch.set_alpha(0)
     axes.grid(visible=True, color=INK, alpha=0.12, lw=0.6)
     for name, spine in axes.spines.items():
@@ -195,7 +200,7 @@ def _svg(figure: Any, axes: Any) -> str:
     """Write a figure as SVG that stands in a page: no header, ids of no other chart, text in the page's colour."""
     import matplotlib as mpl
 
-    axes.legend(fontsize=7, labelcolor=INK, frameon=False, loc="best")
+    figure.legend(fontsize=8, labelcolor=INK, frameon=False, loc="outside lower center", ncols=3)
     figure.patch.set_alpha(0)
     written = io.StringIO()
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": axes.get_xlabel(), "font.family": "sans-serif"}):

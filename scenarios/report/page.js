@@ -60,7 +60,8 @@ function boxOf(pair, matrices) {
   const far = 4 * Math.max(wa, ha); // an answer far away must not shrink the maps to nothing
   const low = [Math.max(Math.min(...us), -far), Math.max(Math.min(...vs), -far)];
   const high = [Math.min(Math.max(...us), far), Math.min(Math.max(...vs), far)];
-  return { u: low[0], v: low[1], side: Math.max(high[0] - low[0], high[1] - low[1]) };
+  const side = Math.max(high[0] - low[0], high[1] - low[1]);
+  return { u: (low[0] + high[0] - side) / 2, v: (low[1] + high[1] - side) / 2, side };
 }
 
 function draw(canvas, pair, pictures, answer, at) {

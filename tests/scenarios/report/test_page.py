@@ -1,0 +1,84 @@
+import json
+import re
+
+import pytest
+
+from rectmerge.errors import InputError
+from scenarios.bench import run
+from scenarios.report.page import write_report
+from scenarios.report.reading import Runs
+from scenarios.report.standings import standings
+from tests.scenarios.made import Source
+from tests.scenarios.report.conftest import METHODS
+
+
+def held_by(page):
+    return json.loads(re.search(r'id="gallery-data">(.*?)</script>', page, re.DOTALL).group(1))
+
+
+def test_the_page_holds_everything_and_asks_for_nothing(report_run, tmp_path):
+    count = write_report([report_run], tmp_path / "report.html")
+
+    page = (tmp_path / "report.html").read_text()
+    assert count == len(held_by(page)["answers"]) == 18
+    assert not re.search(r'(?:src|href)="(?!#|data:)', page)
+    assert "@import" not in page
+    assert page.count("<svg") == page.count("</svg>") >= 4
+    assert "<b>as told" not in page  # what methods say is not markup
+
+
+def test_the_worst_answers_come_first_and_lie_where_the_method_put_them(report_run, tmp_path):
+    write_report([report_run], tmp_path / "report.html")
+
+    held = held_by((tmp_path / "report.html").read_text())
+    first = held["answers"][0]
+    assert (first["method"], first["outcome"]) == ("bad", "wrong-accepted")
+    assert first["matrix"] == [1, 0, 27, 0, 1, 4]
+    assert held["pairs"][first["pair"]]["a"].startswith("data:image/png;base64,")
+    outcomes = [one["outcome"] for one in held["answers"]]
+    assert outcomes.index("rejected") > max(k for k, one in enumerate(outcomes) if one == "wrong-accepted")
+
+
+def test_the_leaderboard_counts_what_the_rows_say(report_run):
+    (contest,) = Runs.read([report_run]).contests
+
+    lines = {line.label: line for line in standings(contest)}
+    assert next(iter(lines)) == "good"
+    assert (lines["good"].right.k, lines["good"].right.n, lines["good"].merged.k) == (3, 3, 3)
+    assert (lines["bad"].right.k, lines["bad"].wrong, lines["bad"].best) == (0, 3, 0)
+    assert (lines["bad-tuned"].right.k, lines["bad-tuned"].best, lines["bad-tuned"].merged.k) == (0, 3, 0)
+    assert (lines["bad"].aurc, lines["good"].aurc) == (1.0, 0.5)
+
+
+def test_a_run_without_its_maps_has_no_gallery(tmp_path):
+    run([Source()], METHODS[:1], tmp_path / "run", suite="made")
+
+    write_report([tmp_path / "run"], tmp_path / "report.html")
+
+    page = (tmp_path / "report.html").read_text()
+    assert 'id="gallery"' not in page
+    assert held_by(page) == {"pairs": {}, "answers": []}
+
+
+def test_latex_has_a_line_for_every_method(report_run, tmp_path):
+    write_report([report_run], tmp_path / "r.html", table=tmp_path / "t.tex")
+
+    text = (tmp_path / "t.tex").read_text()
+    lines = [line for line in text.splitlines() if " & " in line]
+    assert [line.split(" & ")[0].strip() for line in lines] == ["method", "good", "bad-tuned", "bad"]
+    assert {line.count("&") for line in lines} == {8}
+    assert not re.search(r"(?<!\\)%", text)
+
+
+def test_earlier_reports_are_kept_and_runs_are_not_counted_twice(report_run, tmp_path):
+    (tmp_path / "r.html").write_text("mine")
+
+    with pytest.raises(InputError, match="--force"):
+        write_report([report_run], tmp_path / "r.html")
+    with pytest.raises(InputError, match="in another run as well"):
+        write_report([report_run, report_run], tmp_path / "other.html")
+    with pytest.raises(InputError, match="no finished run"):
+        write_report([tmp_path], tmp_path / "other.html")
+
+    assert (tmp_path / "r.html").read_text() == "mine"
+    assert not (tmp_path / "other.html").exists()
