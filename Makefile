@@ -5,7 +5,7 @@ MARK := $(VENV)/.installed
 # PyBullet has wheels for Python 3.11 and earlier only, so 3.11 is looked for first.
 PYTHON ?= $(shell command -v python3.11 || command -v python3 || command -v python)
 
-.PHONY: demo test test-fast check bench picture clean
+.PHONY: demo test test-fast check bench results picture clean
 
 demo: $(MARK)-sim
 	$(BIN)/rectbench demo -o demo --force
@@ -24,6 +24,10 @@ check: $(MARK)-all
 
 bench: $(MARK)-all
 	$(BIN)/python -m pytest tests/bench -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,rounds
+
+# The leaderboard, anew or from where it was left; real maps where RECTMERGE_REAL_MAPS names their folder.
+results: $(MARK)-all
+	$(BIN)/rectbench leaderboard -o results --workers 2 $(if $(RECTMERGE_REAL_MAPS),--maps $(RECTMERGE_REAL_MAPS))
 
 # The README's picture, the demo's, and those of docs/how-it-works.md and docs/the-papers-method.md, small enough to be kept.
 picture: demo

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from rectmerge import console
 from rectmerge.console import Debug, Quiet
+from rectmerge.imagefile import replace_file
 from scenarios.terminal import progress, told_of_earlier_rows, told_of_rows
 
 
@@ -76,3 +79,55 @@ def report(
 
     count = write_report(runs, output, table=latex, force=force)
     typer.echo(f"written: {output}, {count} answers, {output.stat().st_size / 1e6:.1f} MB")
+
+
+def leaderboard(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for all of it.")],
+    maps: Annotated[
+        Path | None, typer.Option(metavar="MAPS", help="The folder that holds the data sets real_maps and real_lasers.")
+    ] = None,
+    suite: Annotated[
+        list[str] | None, typer.Option("--suite", help="A simulated suite, in place of all; may be repeated.")
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Put everybody to the leaderboard's suites and write README.md and report.html; a long run that can be resumed.
+
+    DIR gets sets/ and runs/ as well, which are taken up again where an earlier command left them. Without MAPS there
+    are no real pairs.
+    """
+    from scenarios.executors import workplace
+    from scenarios.generate import generate, plan
+    from scenarios.leaderboard.contests import RUNS, SUITES, stages
+    from scenarios.leaderboard.page import page
+    from scenarios.report.page import write_report
+    from scenarios.report.reading import Runs
+    from scenarios.scenario import load_suite
+
+    folders = []
+    for stage in stages(output, maps, suite or SUITES):
+        folder = output / RUNS / stage.run_name
+        with workplace(workers, None) as (executor, in_flight):
+            if stage.is_simulated:
+                console.say(f"{stage.folder}: the data set")
+                made = load_suite(stage.name)
+                with progress(sum(job.count for job in plan(made)), quiet) as advance:
+                    done = functools.partial(advance, word="pairs")
+                    generate(made, stage.folder, executor=executor, in_flight=in_flight, on_done=done)
+            console.say(f"{folder}: everybody on it")
+            contest = stage.contest()
+            with progress(contest.tasks, quiet) as advance:
+                contest.run(
+                    folder,
+                    executor=executor,
+                    in_flight=in_flight,
+                    command=f"rectbench leaderboard, {stage.run_name}",
+                    on_start=told_of_earlier_rows(advance, contest.tasks, quiet),
+                    on_rows=told_of_rows(advance),
+                )
+        folders.append(folder)
+    replace_file(output / "README.md", page(Runs.read(folders)).encode())
+    write_report(folders, output / "report.html", force=True)
+    typer.echo(f"written: {output}")

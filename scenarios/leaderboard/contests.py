@@ -1,0 +1,69 @@
+"""What the leaderboard is made of: data sets, and runs of everybody on them, each resumed where it was left."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from scenarios.contest import Contest, contest_of
+from scenarios.leaderboard.entrants import EVERYBODY
+
+SUITES = ("standard", "headline", "sweep-overlap", "sweep-noise", "sweep-scale", "sweep-accuracy", "sweep-drift")
+REAL = ("real_maps", "real_lasers")
+TESTED = {"standard": "test"}  # the split that is shown; the other was for choosing parameters
+BOTH_TRACKS = ("standard",)
+SETS, RUNS = "sets", "runs"
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One run: of everybody on the pairs of a suite or of a real data set.
+
+    Parameters
+    ----------
+    name
+        The suite's or data set's name.
+    folder
+        Of the data set.
+    knows_scale
+        Whether methods are told the scale.
+    is_simulated
+        Whether the data set is to be made where it is not there yet.
+    """
+
+    name: str
+    folder: Path
+    knows_scale: bool
+    is_simulated: bool
+
+    @property
+    def run_name(self) -> str:
+        """Of the run's folder."""
+        return f"{self.name}-known" if self.knows_scale else self.name
+
+    def contest(self) -> Contest:
+        """Everybody on the pairs that are shown."""
+        target = self.folder / TESTED.get(self.name, "")
+        return contest_of(str(target), [EVERYBODY], knows_scale=self.knows_scale)
+
+
+def stages(out: Path, maps: Path | None, suites: Sequence[str] = SUITES) -> list[Stage]:
+    """List the runs of the leaderboard.
+
+    Parameters
+    ----------
+    out
+        The folder that holds ``sets/`` and ``runs/``.
+    maps
+        The folder that holds the real data sets; None leaves them out.
+    suites
+        The simulated ones.
+    """
+    found = []
+    for name in suites:
+        tracks = (False, True) if name in BOTH_TRACKS else (False,)
+        found += [Stage(name, out / SETS / name, knows_scale, True) for knows_scale in tracks]
+    if maps is not None:
+        found += [Stage(name, maps / name, False, False) for name in REAL]
+    return found

@@ -1,0 +1,59 @@
+"""Does simulation predict reality? Rankings of methods on simulated and real pairs, and success at equal overlap."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import combinations, pairwise
+
+from scenarios.report.reading import Contest
+from scenarios.report.standings import rate_of
+from scenarios.rows import Row
+from scenarios.statistics import Rate
+
+OVERLAPS = (0.15, 0.3, 0.5, 0.7, 1.0001)
+
+
+def kendall_tau(one: Sequence[float], two: Sequence[float]) -> float:
+    """Return Kendall's rank correlation tau-b of two scores of the same things; not a number where all are equal.
+
+    Notes
+    -----
+    M. G. Kendall, Biometrika 33 (1945), DOI 10.1093/biomet/33.3.239.
+
+    Examples
+    --------
+    >>> kendall_tau([1, 2, 3], [10, 20, 30]), kendall_tau([1, 2, 3], [3, 2, 1])
+    (1.0, -1.0)
+    >>> round(kendall_tau([1, 2, 2], [1, 2, 3]), 3)
+    0.816
+    """
+    pairs = list(combinations(zip(one, two, strict=True), 2))
+    signs = [((x > y) - (x < y), (u > v) - (u < v)) for (x, u), (y, v) in pairs]
+    untied = math.prod(sum(sign[k] != 0 for sign in signs) for k in (0, 1))
+    return sum(x * u for x, u in signs) / math.sqrt(untied) if untied else math.nan
+
+
+def successes(contests: Sequence[Contest]) -> dict[str, Rate]:
+    """Count, over several contests, the required pairs of each method that are right and accepted."""
+    return {label: rate_of(rows, "right-accepted") for label, rows in _required(contests).items()}
+
+
+def matched_overlap(contests: Sequence[Contest]) -> Mapping[str, list[Rate]]:
+    """Return each method's successes in bins of true overlap, `OVERLAPS`."""
+    return {
+        label: [
+            rate_of([row for row in rows if low <= row["overlap"] < high], "right-accepted")
+            for low, high in pairwise(OVERLAPS)
+        ]
+        for label, rows in _required(contests).items()
+    }
+
+
+def _required(contests: Sequence[Contest]) -> dict[str, list[Row]]:
+    found: dict[str, list[Row]] = {}
+    for contest in contests:
+        for row in contest.rows:
+            if row["stratum"] == "required":
+                found.setdefault(row["method"], []).append(row)
+    return found
