@@ -95,9 +95,10 @@ def leaderboard(
 ) -> None:
     """Put everybody to the leaderboard's suites and write README.md and report.html; a long run that can be resumed.
 
-    DIR gets sets/ and runs/ as well, which are taken up again where an earlier command left them. Without MAPS there
-    are no real pairs.
+    DIR gets sets/ and runs/ as well, which are taken up again where an earlier command left them; a finished data set
+    stays as it is, whatever version made it. Without MAPS there are no real pairs.
     """
+    from scenarios.datasetwriter import finished_info
     from scenarios.executors import workplace
     from scenarios.generate import generate, plan
     from scenarios.leaderboard.contests import RUNS, SUITES, stages
@@ -110,7 +111,7 @@ def leaderboard(
     for stage in stages(output, maps, suite or SUITES):
         folder = output / RUNS / stage.run_name
         with workplace(workers, None) as (executor, in_flight):
-            if stage.is_simulated:
+            if stage.is_simulated and not finished_info(stage.folder):
                 console.say(f"{stage.folder}: the data set")
                 made = load_suite(stage.name)
                 with progress(sum(job.count for job in plan(made)), quiet) as advance:
