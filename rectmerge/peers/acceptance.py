@@ -45,6 +45,12 @@ class CellComparison:
         known = cv2.countNonZero(cv2.min(self._a, on_a))
         return agree / max(1, known)
 
+    def known_share(self, pixels: Similarity) -> float:
+        """Return how much of the smaller map is known in both, 0..1."""
+        both = cv2.countNonZero(cv2.min(self._a, self._placed(pixels)))
+        known_b = cv2.countNonZero(self._b) * pixels.scale**2 / self._step**2
+        return min(1.0, both / max(1.0, min(cv2.countNonZero(self._a), known_b)))
+
     def shared_walls(self, pixels: Similarity) -> float:
         """Return the share of both maps' occupied cells that lie on or beside one of the other map, 0..1.
 

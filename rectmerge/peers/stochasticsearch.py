@@ -15,6 +15,7 @@ from rectmerge.alignment import Alignment
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.overlap import cells_of
+from rectmerge.peers.acceptance import CellComparison
 from rectmerge.peers.answering import Placement, answer
 from rectmerge.peers.shrinking import Shrunk, between_given, shrunk_bounds
 from rectmerge.similarity import Similarity
@@ -102,11 +103,12 @@ class StochasticSearch:
                 reason = f"map {name} has no free or no occupied cell"
                 return Alignment(verdict="rejected", reason=reason, method=self.name)
         found = self._walks(*sides, shrunk_bounds(scale, *shrunk), rng)
-        placements = []
-        for pixels in found:
-            indicator, overlap = acceptance(shrunk[0].grid, shrunk[1].grid, pixels)
-            if overlap >= self.least_overlap:
-                placements.append(Placement(between_given(pixels, *shrunk), indicator))
+        comparison = CellComparison(shrunk[0].grid, shrunk[1].grid)
+        placements = [
+            Placement(between_given(pixels, *shrunk), comparison.acceptance_index(pixels))
+            for pixels in found
+            if comparison.known_share(pixels) >= self.least_overlap
+        ]
         nothing = f"no placement where {100 * self.least_overlap:g} % of the smaller map is known in both"
         return answer(self.name, a, b, placements, accept_at=self.accept_at, scale=scale, nothing=nothing)
 
@@ -154,16 +156,6 @@ class _Side:
         height, width = grid.shape
         middle = (width - 1) / 2, (height - 1) / 2
         return cls((cells[0], cells[1]), (_distance_to(free), _distance_to(occupied)), middle)
-
-
-def acceptance(a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) -> tuple[float, float]:
-    """Return the acceptance indicator of B placed on A, and how much of the smaller map is known in both, 0..1."""
-    values_a, values_b = (one.free.view(np.uint8) + 2 * one.occupied.view(np.uint8) for one in (a, b))
-    on_a = cv2.warpAffine(values_b, pixels.matrix, a.shape[::-1], flags=cv2.INTER_NEAREST)
-    both = int(np.count_nonzero((values_a > 0) & (on_a > 0)))
-    agree = int(np.count_nonzero((values_a > 0) & (values_a == on_a)))
-    smaller = min(cv2.countNonZero(values_a), cv2.countNonZero(values_b) * pixels.scale**2)
-    return agree / max(1, both), both / max(1.0, smaller)
 
 
 def _distance_to(mask: NDArray[np.bool_]) -> NDArray[np.float32]:

@@ -28,3 +28,11 @@ def test_all_walls_are_shared_by_a_map_and_itself_and_few_with_a_smaller_self():
     assert comparison.shared_walls(Similarity(1.0, 0.0, 1.0, 0.0)) > 0.9  # beside one another
     assert comparison.shared_walls(Similarity(0.5, 0.0, 40.0, 40.0)) < 0.4
     assert comparison.shared_walls(Similarity(1.0, 0.0, 500.0, 0.0)) == 0.0
+
+
+def test_what_both_know_is_a_share_of_the_smaller_map():
+    a = OccupancyGrid(np.array([[0, 100, 0, -1], [0, 0, 100, -1]], np.int8))
+    b = OccupancyGrid(np.array([[0, 0, 0, -1], [0, 0, 100, 100]], np.int8))
+
+    assert CellComparison(a, b).known_share(Similarity()) == 1.0
+    assert CellComparison(a, b).known_share(Similarity(1.0, 0.0, 1.0, 0.0)) == pytest.approx(4 / 6)
