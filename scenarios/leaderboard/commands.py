@@ -132,3 +132,17 @@ def leaderboard(
     replace_file(output / "README.md", page(Runs.read(folders)).encode())
     write_report(folders, output / "report.html", force=True)
     typer.echo(f"written: {output}")
+
+
+def growth(
+    measured: Annotated[Path, typer.Argument(metavar="BENCH.json", help="What bench_growth.py measured.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the page and the plot.")],
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier page in the folder.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Lay out how the cost of methods grows with the size of the maps, from a run of tests/bench/bench_growth.py."""
+    from scenarios.leaderboard.growth import write_growth
+
+    write_growth(measured, output, force=force)
+    typer.echo(f"written: {output}")

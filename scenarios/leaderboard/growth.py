@@ -1,0 +1,111 @@
+"""How the cost of methods grows with the size of the maps: what the bench measured, as a table and a plot."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rectmerge.errors import InputError
+from rectmerge.imagefile import replace_file
+from scenarios.headline import markdown
+from scenarios.outputs import cleared_folder
+from scenarios.report.charts import COLOURS, MARKERS
+
+PAGE, PLOT = "README.md", "growth.svg"
+Times = Mapping[str, Mapping[int, float]]  # what was timed, by name and by the side of the maps: seconds
+
+
+def write_growth(measured: Path, out: Path, *, force: bool = False) -> None:
+    """Write the page and the plot from what ``pytest tests/bench/bench_growth.py --benchmark-json`` wrote.
+
+    Raises
+    ------
+    InputError
+        If the file holds no such times, or the folder holds an earlier page and `force` is off.
+    """
+    try:
+        told = json.loads(measured.read_text(encoding="utf-8"))
+        times = _times(told)
+        machine = f"{told['machine_info']['cpu']['brand_raw']}, Python {told['machine_info']['python_version']}"
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{measured}: not what bench_growth.py writes: {error}") from error
+    if not times:
+        raise InputError(f"{measured}: holds no times of bench_growth.py")
+    folder = cleared_folder(out, [PAGE, PLOT], force=force)
+    replace_file(folder / PLOT, plot(times).encode())
+    commit = str((told.get("commit_info") or {}).get("id") or "unknown")[:12]
+    replace_file(folder / PAGE, page(times, f"{machine}; commit {commit}").encode())
+
+
+def page(times: Times, machine: str) -> str:
+    """Lay the times out, with the power of the number of cells by which each grows."""
+    sides = sorted({side for by_side in times.values() for side in by_side})
+    rows = []
+    for name, by_side in times.items():
+        cells = [f"{by_side[side]:.3f}" if side in by_side else "-" for side in sides]
+        rows.append((name, *cells, _power(by_side)))
+    return f"""# How cost grows with the size of the maps
+
+{INTRODUCTION}
+{markdown(("what", *(f"{side} cells" for side in sides), "power"), rows)}
+![Seconds against cells along the longest side]({PLOT})
+
+    pytest tests/bench/bench_growth.py -o python_files="bench_*.py" --benchmark-only --benchmark-json=growth.json
+    rectbench growth growth.json -o results/growth
+
+{machine}.
+"""
+
+
+def plot(times: Times) -> str:
+    """Draw the times of whole methods as SVG."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    for k, (name, by_side) in enumerate((name, one) for name, one in times.items() if not name.startswith("stage")):
+        style: dict[str, Any] = {"color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)]}
+        axes.plot(sorted(by_side), [by_side[side] for side in sorted(by_side)], label=name, lw=1.3, ms=5, **style)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    sides = sorted({side for by_side in times.values() for side in by_side})
+    axes.set_xticks(sides, [str(side) for side in sides])
+    axes.minorticks_off()
+    axes.set_xlabel("cells along the longest side")
+    axes.set_ylabel("least wall time of an answer, seconds")
+    axes.grid(visible=True, alpha=0.2)
+    figure.legend(loc="outside right upper", fontsize=8, frameon=False)
+    written = io.StringIO()
+    with mpl.rc_context({"svg.hashsalt": PLOT}):
+        figure.savefig(written, format="svg", metadata={"Date": None})
+    return written.getvalue()
+
+
+def _times(told: Mapping[str, Any]) -> dict[str, dict[int, float]]:
+    times: dict[str, dict[int, float]] = {}
+    for bench in told["benchmarks"]:
+        noted = bench["extra_info"]
+        if "what" in noted and "side" in noted:
+            times.setdefault(str(noted["what"]), {})[int(noted["side"])] = float(bench["stats"]["min"])
+    return times
+
+
+def _power(by_side: Mapping[int, float]) -> str:
+    """Fit log time against log cells; 1 is linear in the number of cells."""
+    if len(by_side) < 2:
+        return "-"
+    cells = 2 * np.log(np.array(sorted(by_side), np.float64))
+    seconds = np.log([by_side[side] for side in sorted(by_side)])
+    return f"{np.polyfit(cells, seconds, 1)[0]:.2f}"
+
+
+INTRODUCTION = """Least wall time of three answers in seconds, warm, one thread, all in one run: one pair of drawn plans
+with noise on its cells, drawn in more and more cells. *Power*: of the number of cells by which the time grows, by
+least squares; 1 is linear. Methods that shrink large maps first, as most do here, grow by less.
+"""

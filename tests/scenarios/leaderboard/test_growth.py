@@ -1,0 +1,44 @@
+import json
+
+import pytest
+
+from rectmerge.errors import InputError
+from scenarios.leaderboard.growth import write_growth
+
+
+def measured(path, benches):
+    told = {
+        "machine_info": {"cpu": {"brand_raw": "a processor"}, "python_version": "3.11"},
+        "commit_info": {"id": "0123456789abcdef"},
+        "benchmarks": [
+            {"extra_info": {"what": what, "side": side}, "stats": {"min": seconds}} for what, side, seconds in benches
+        ],
+    }
+    path.write_text(json.dumps(told))
+    return path
+
+
+def test_the_page_tells_times_and_the_power_of_the_cells(tmp_path):
+    benches = [("linear", 400, 0.01), ("linear", 800, 0.04), ("flat", 400, 0.2), ("flat", 800, 0.2), ("one", 400, 1.0)]
+
+    write_growth(measured(tmp_path / "b.json", benches), tmp_path / "out")
+
+    text = (tmp_path / "out/README.md").read_text()
+    assert "| linear | 0.010 | 0.040 | 1.00 |" in text
+    assert "| flat | 0.200 | 0.200 | 0.00 |" in text.replace("-0.00", "0.00")
+    assert "| one | 1.000 | - | - |" in text
+    assert "a processor, Python 3.11; commit 0123456789ab." in text
+    assert "</svg>" in (tmp_path / "out/growth.svg").read_text()
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}", '{"benchmarks": []}'])
+def test_what_is_no_measurement_is_refused(tmp_path, content):
+    (tmp_path / "b.json").write_text(content)
+
+    with pytest.raises(InputError, match=r"b\.json"):
+        write_growth(tmp_path / "b.json", tmp_path / "out")
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"none\.json"):
+        write_growth(tmp_path / "none.json", tmp_path / "out")
