@@ -10,7 +10,6 @@ import typer
 
 from rectmerge import console
 from rectmerge.console import Debug, Quiet
-from rectmerge.imagefile import replace_file
 from scenarios.terminal import progress, told_of_earlier_rows, told_of_rows
 
 
@@ -98,6 +97,7 @@ def leaderboard(
     DIR gets sets/ and runs/ as well, which are taken up again where an earlier command left them; a finished data set
     stays as it is, whatever version made it. Without MAPS there are no real pairs.
     """
+    from rectmerge.imagefile import replace_file
     from scenarios.datasetwriter import finished_info
     from scenarios.executors import workplace
     from scenarios.generate import generate, plan

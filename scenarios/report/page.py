@@ -11,7 +11,7 @@ from typing import Any
 
 from rectmerge.errors import InputError
 from rectmerge.imagefile import replace_file
-from scenarios.report import charts
+from scenarios.report import charts, mergedquality
 from scenarios.report.gallery import gallery
 from scenarios.report.latex import latex
 from scenarios.report.reading import Contest, Runs
@@ -65,14 +65,14 @@ def html(runs: Runs) -> str:
     return environment.from_string(_text(TEMPLATE)).render(
         style=_text(STYLE),
         script=_text(SCRIPT),
-        contests=[_section(contest) for contest in runs.contests],
+        contests=[_section(contest, runs) for contest in runs.contests],
         provenance=runs.provenance,
         answers=len(held["answers"]),
         gallery=_as_script(held),
     )
 
 
-def _section(contest: Contest) -> dict[str, Any]:
+def _section(contest: Contest, runs: Runs) -> dict[str, Any]:
     """Gather what the page shows of one suite and track."""
     lines = standings(contest)
     shown = charts.shown_lines(contest, lines)
@@ -82,6 +82,7 @@ def _section(contest: Contest) -> dict[str, Any]:
         "places": len({row["place"] for row in contest.rows}),
         "lines": [(line.label, as_cells(line)) for line in lines],
         "shown": list(shown),
+        "merged": mergedquality.as_cells(mergedquality.qualities(shown, runs.maps)),
         "success": charts.success_charts(shown),
         "recall": charts.recall_chart(shown),
         "time": charts.time_chart(lines),

@@ -187,7 +187,7 @@ def test_a_folder_that_is_no_data_set_does_not_hide_a_suite_of_its_name(tmp_path
     write(tmp_path / "headline", [ROW])
 
     assert contest_of("smoke", ["fixed"]).about["title"] == "Smoke"
-    assert contest_of("headline", ["fixed"]).about == {}
+    assert contest_of("headline", ["fixed"]).about == {"dataset": str(tmp_path / "headline")}
 
 
 def test_a_run_of_one_split_is_named_after_its_data_set(tmp_path, dataset):

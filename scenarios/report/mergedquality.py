@@ -1,0 +1,130 @@
+"""Merged maps against the building: what an accepted answer is worth as a map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.composition import resample
+from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
+from rectmerge.mapfile import read_map
+from rectmerge.overlap import measure_agreement
+from rectmerge.similarity import Similarity
+from scenarios.dataset import RowSource
+from scenarios.rows import Row
+
+TRUTH = "the truth"  # the line of maps merged as they truly lie
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """How good a merged map is.
+
+    Parameters
+    ----------
+    occupied_f1
+        Harmonic mean of the share of its occupied cells within one cell of the building's walls, and of the share of
+        the building's visible walls within one cell of them.
+    free_iou
+        Free cells of both over those of either.
+    wall_distance_m
+        Mean distance of its occupied cells to the nearest wall of the building.
+    omega
+        Agreeing over all cells that both maps know.
+    overlap
+        As in `rectmerge.overlap.Agreement`.
+    """
+
+    occupied_f1: float
+    free_iou: float
+    wall_distance_m: float
+    omega: float
+    overlap: float
+
+
+def qualities(rows: Mapping[str, Sequence[Row]], maps: Mapping[str, RowSource]) -> dict[str, list[Quality]]:
+    """Measure the accepted answers of each method on pairs of one place whose building is known.
+
+    The first line, `TRUTH`, is of the same pairs merged as they truly lie.
+    """
+    found: dict[str, list[Quality]] = {}
+    scenes: dict[str, Scene | None] = {}
+    for label, answers in rows.items():
+        for row in answers:
+            if row["verdict"] != "accepted" or row["stratum"] == "unrelated" or row["pair_id"] not in maps:
+                continue
+            if row["pair_id"] not in scenes:
+                scenes[row["pair_id"]] = Scene.of(maps[row["pair_id"]])
+            if scene := scenes[row["pair_id"]]:
+                found.setdefault(label, []).append(scene.quality(Similarity.from_matrix(row["candidates"][0])))
+    truths = [scene.quality(scene.truth) for scene in scenes.values() if scene]
+    return {TRUTH: truths, **found} if truths else {}
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A pair, its building, where map A lies in it and where B truly lies on A, between pixels."""
+
+    a: OccupancyGrid
+    b: OccupancyGrid
+    world: OccupancyGrid
+    a_to_world: Similarity
+    truth: Similarity
+
+    @classmethod
+    def of(cls, source: RowSource) -> Scene | None:
+        """Read what the data set holds of a pair; None where it does not hold the building."""
+        row = source.row()
+        info: Mapping[str, Any] = row.info
+        if row.pixels is None or not info.get("world") or not info.get("resolution_a"):
+            return None
+        pair = row.pair()
+        raster = read_map((source.folder / str(info["world"])).with_suffix(".yaml"))
+        a = OccupancyGrid(pair.a.occupancy, float(info["resolution_a"]), tuple(info["origin_a"]))
+        return cls(a, pair.b, raster, map_frame_to_pixels(Similarity(), raster, a), row.pixels)
+
+    def quality(self, b_to_a: Similarity) -> Quality:
+        """Merge the maps on the building's raster and compare."""
+        placements = [Similarity(), self.a_to_world, self.a_to_world @ b_to_a]
+        layers, _ = resample([self.world, self.a, self.b], placements)
+        world, a, b = map(OccupancyGrid, layers)
+        occupied, walls = a.occupied | b.occupied, world.occupied
+        free = (a.free | b.free) & ~occupied
+        visible = walls & _beside(world.free)
+        precision = _share(occupied, _beside(walls))
+        recall = _share(visible, _beside(occupied))
+        both = ~a.unknown & ~b.unknown
+        distances = cv2.distanceTransform((~walls).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        return Quality(
+            occupied_f1=2 * precision * recall / max(1e-12, precision + recall),
+            free_iou=float((free & world.free).sum() / max(1, (free | world.free).sum())),
+            wall_distance_m=float(distances[occupied].mean()) * self.world.cell_size if occupied.any() else 0.0,
+            omega=_share(both, a.free == b.free),
+            overlap=measure_agreement(self.a, self.b, b_to_a).overlap,
+        )
+
+
+def as_cells(found: Mapping[str, Sequence[Quality]]) -> list[tuple[str, list[str]]]:
+    """Lay out how many maps each line is of, and their means."""
+    return [
+        (
+            label,
+            [str(len(each)), *(f"{np.mean([getattr(one, name) for one in each]):.3f}" for name in Quality.__slots__)],
+        )
+        for label, each in found.items()
+    ]
+
+
+def _beside(mask: Mask) -> Mask:
+    """A mask and all cells beside it."""
+    return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)), np.bool_)
+
+
+def _share(of: Mask, within: Mask) -> float:
+    return float((of & within).sum() / max(1, of.sum()))

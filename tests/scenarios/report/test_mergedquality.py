@@ -1,0 +1,39 @@
+import pytest
+
+from rectmerge.grid import OccupancyGrid
+from rectmerge.similarity import Similarity
+from scenarios.report.mergedquality import Quality, Scene, as_cells
+from tests import drawing
+
+PLAN = drawing.building()
+SCENE = Scene(PLAN, PLAN, OccupancyGrid(PLAN.occupancy, 0.05), Similarity(), Similarity())
+
+
+def test_maps_that_are_the_building_are_perfect():
+    assert SCENE.quality(Similarity()) == Quality(1.0, 1.0, 0.0, 1.0, 1.0)
+
+
+def test_a_map_laid_aside_is_worse_in_everything():
+    aside = SCENE.quality(Similarity(tx=6.0))
+
+    assert aside.occupied_f1 < 0.9
+    assert aside.free_iou < 0.95
+    assert 0.01 < aside.wall_distance_m < 0.3
+    assert aside.omega < 0.95
+    assert aside.overlap < 0.95
+
+
+def test_walls_that_no_map_shows_count_as_missed():
+    half = OccupancyGrid(PLAN.occupancy[:, :80])
+
+    found = Scene(half, half, SCENE.world, Similarity(), Similarity()).quality(Similarity())
+
+    assert found.omega == 1.0
+    assert found.occupied_f1 == pytest.approx(2 * 0.5 / 1.5, abs=0.1)
+    assert found.free_iou == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_line_tells_how_many_maps_it_is_of_and_their_means():
+    assert as_cells({"some": [Quality(1.0, 0.8, 0.0, 1.0, 0.5), Quality(0.5, 0.6, 0.1, 1.0, 0.5)]}) == [
+        ("some", ["2", "0.750", "0.700", "0.050", "1.000", "0.500"])
+    ]
