@@ -21,7 +21,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">")
 MOST_LINES = 8
 BINS = 10
-SIZE = (5.2, 4.0)  # inches
+SIZE, TALL = (5.2, 4.0), (5.2, 5.0)  # inches
 Lines = Mapping[str, list[Row]]
 
 
@@ -91,7 +91,7 @@ def time_chart(standings: Sequence[Standing]) -> str:
     """Draw time against accuracy, a point for every label."""
     from matplotlib.ticker import NullFormatter
 
-    figure, axes = _axes("median processor time of an answer, seconds", "right and accepted, share of pairs")
+    figure, axes = _axes("median processor time of an answer, seconds", "right and accepted, share of pairs", TALL)
     for k, line in enumerate(line for line in standings if line.seconds and line.right.n):
         style = {"color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)]}
         value = line.right.value or 0.0
@@ -180,10 +180,10 @@ def _styles() -> list[dict[str, Any]]:
     ]
 
 
-def _axes(across: str, up: str) -> tuple[Any, Any]:
+def _axes(across: str, up: str, size: tuple[float, float] = SIZE) -> tuple[Any, Any]:
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=SIZE, layout="constrained")
+    figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
     axes.set_xlabel(across, color=INK, fontsize=9)
     axes.set_ylabel(up, color=INK, fontsize=9)
@@ -200,7 +200,8 @@ def _svg(figure: Any, axes: Any) -> str:
     """Write a figure as SVG that stands in a page: no header, ids of no other chart, text in the page's colour."""
     import matplotlib as mpl
 
-    figure.legend(fontsize=8, labelcolor=INK, frameon=False, loc="outside lower center", ncols=3)
+    columns = 3 if len(axes.get_legend_handles_labels()[1]) <= MOST_LINES else 2
+    figure.legend(fontsize=7, labelcolor=INK, frameon=False, loc="outside lower center", ncols=columns)
     figure.patch.set_alpha(0)
     written = io.StringIO()
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": axes.get_xlabel(), "font.family": "sans-serif"}):
