@@ -24,6 +24,28 @@ def turned(scale: float, degrees: float, size: int = 280) -> tuple[OccupancyGrid
     return drawing.view(upright(), truth, (size, size)), truth
 
 
+TRUTH = Similarity(1 / 1.3, 0.7, 75.0, -35.0)  # the view's pixels on the building, all of which it shows
+
+
+def view() -> OccupancyGrid:
+    """The building alone in cells 1 / 1.3 as large, turned."""
+    return drawing.view(drawing.building(), TRUTH, (250, 260))
+
+
+def corners_apart(found: Similarity, wanted: Similarity) -> float:
+    """The largest distance in cells of A between where two placements put the corners of the view's building."""
+    corners = [[40, 40], [220, 40], [40, 210], [220, 210]]
+    return float(np.hypot(*(found.apply(corners) - wanted.apply(corners)).T).max())
+
+
+def long_halls() -> OccupancyGrid:
+    """Another building: three long halls one beside another."""
+    free = np.zeros((120, 150), np.bool_)
+    for x, y, w, h in ((5, 5, 30, 110), (38, 5, 60, 50), (101, 5, 44, 110), (35, 20, 3, 10), (98, 20, 3, 10)):
+        free[y : y + h, x : x + w] = True
+    return drawing.grid_of(free)
+
+
 def other() -> OccupancyGrid:
     """Another building: halls in a row."""
     free = np.zeros((150, 150), np.bool_)

@@ -8,7 +8,7 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.methods import align
 from rectmerge.peers.icp import Icp
 from tests import drawing
-from tests.rectmerge.peers.views import TRUTH, corners_apart, unrelated, view
+from tests.rectmerge.peers.scenes import TRUTH, corners_apart, long_halls, view
 
 
 @pytest.mark.parametrize("scale", ["free", (0.7, 0.85), TRUTH.scale])
@@ -36,7 +36,7 @@ def test_walls_are_taken_from_a_large_map_shrunk():
 
 
 def test_another_building_is_rejected():
-    assert align(drawing.building(), unrelated(), method="icp").verdict == "rejected"
+    assert align(drawing.building(), long_halls(), method="icp").verdict == "rejected"
 
 
 def test_a_map_without_walls_is_named():

@@ -6,7 +6,7 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.methods import align
 from rectmerge.peers.regions import Regions, region_boxes
 from tests import drawing
-from tests.rectmerge.peers.views import TRUTH, corners_apart, unrelated, view
+from tests.rectmerge.peers.scenes import TRUTH, corners_apart, long_halls, view
 
 
 @pytest.mark.parametrize("scale", ["free", TRUTH.scale])
@@ -24,7 +24,7 @@ def test_a_scale_that_is_known_is_kept():
 
 
 def test_another_building_is_rejected():
-    assert align(drawing.building(), unrelated(), method="regions").verdict == "rejected"
+    assert align(drawing.building(), long_halls(), method="regions").verdict == "rejected"
 
 
 def test_the_box_of_a_turned_room_lies_on_its_walls():
