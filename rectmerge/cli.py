@@ -13,6 +13,7 @@ import typer
 
 from rectmerge import console
 from rectmerge.errors import InputError
+from rectmerge.transformcommand import transform
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -90,7 +91,7 @@ def merge(
     found = _with_quality(align(grid_a, grid_b, method=solver, scale=bounds, seed=seed), grid_a, grid_b)
     pictures, merged = _results(found, grid_a, grid_b, wins)
     certificate = _certify(found, grid_a, grid_b, bounds, certify_seconds) if found and certify else None
-    told = found.as_dict() | ({"certificate": certificate.as_dict()} if certificate is not None else {})
+    told = _told(found, grid_a, grid_b) | ({"certificate": certificate.as_dict()} if certificate is not None else {})
     files = folder.write(told, pictures, merged)
     typer.echo(to_json(told) if json else _describe(found, files, certificate))
     raise typer.Exit(STATUS[found.verdict])
@@ -137,6 +138,9 @@ def methods(json: Json = False, quiet: console.Quiet = False, debug: console.Deb
         typer.echo(f"{name}{default}: {method['about']}")
         for field, value in method["fields"].items():
             typer.echo(f"    --set {name}.{field}={value}")
+
+
+app.command()(transform)
 
 
 def main() -> None:
@@ -216,6 +220,16 @@ def _read_maps(paths: Sequence[Path], levels: dict[str, int | None], *, quiet: b
     for note in () if quiet else notes:  # once all are read: of bad input there is one line
         console.say(note)
     return grids
+
+
+def _told(found: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> dict[str, Any]:
+    """Lay an answer out for ``alignment.json``, with the area that both maps show under each candidate."""
+    from rectmerge.transform import SharedArea
+
+    told = found.as_dict()
+    for candidate, each in zip(found.candidates, told["candidates"], strict=True):
+        each["shared"] = SharedArea.of(a, b, candidate.pixels).as_dict()
+    return told
 
 
 def _with_quality(found: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> Alignment:

@@ -1,0 +1,68 @@
+"""The command `rectmerge transform`: an answer for TF, and points of map B on map A."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rectmerge import console
+from rectmerge.errors import InputError
+
+FORMS = "ros1, ros2, matrix or pose"
+
+
+def transform(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder that a merge wrote.")],
+    form: Annotated[str, typer.Option("--as", metavar="FORM", help=f"One of {FORMS}.")] = "ros2",
+    candidate: Annotated[
+        int | None, typer.Option(min=1, metavar="K", help="A candidate, 1 the best, where none is accepted.")
+    ] = None,
+    parent: Annotated[str, typer.Option(help="The frame of map A.")] = "map_a",
+    child: Annotated[str, typer.Option(help="The frame of map B.")] = "map_b",
+    points: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Points of map B, CSV or GeoJSON, to be carried to map A.")
+    ] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Where these go.")] = None,
+    quiet: console.Quiet = False,
+    debug: console.Debug = False,
+) -> None:
+    """Print where map B lies on map A as other programs take it: as a line for TF, a matrix, or a pose x y yaw.
+
+    The parent is the frame of map A, the child that of map B. TF carries no scale: where map B is to be scaled, the
+    transform is fitted anew without scale, and stderr tells by how much that misses. With --points the points of a file
+    are carried from B's map frame to A's instead, scale and all.
+    """
+    from rectmerge.imagefile import replace_file
+    from rectmerge.transform import FORMS as KNOWN
+    from rectmerge.transform import Answer, carry_points
+
+    known = {name: name for name in KNOWN}
+    if form not in known:
+        raise typer.BadParameter(f"{form!r} is not one of {FORMS}: --as")
+    if output is not None and points is None:
+        raise InputError("-o says where carried points go; name them with --points")
+    answer = Answer.read(folder, candidate=candidate)
+    if points is not None:
+        carried = carry_points(_text(points), points.name, answer.b_to_a)
+        if output is None:
+            typer.echo(carried, nl=False)
+        else:
+            replace_file(output, carried.encode())
+        return
+    if form != "matrix" and answer.misfit > 0 and not quiet:
+        console.say(
+            f"rectmerge: map B fits at a scale of {answer.b_to_a.scale:.5f}, which TF cannot carry; without it the area "
+            f"that both maps show is off by {answer.misfit:.3f} {answer.unit} RMS"
+        )
+    typer.echo(answer.line(known[form], parent=parent, child=child))
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: is not text") from None

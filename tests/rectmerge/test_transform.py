@@ -1,0 +1,170 @@
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+
+from rectmerge.cli import app
+from rectmerge.console import run
+from rectmerge.grid import pixels_to_map_frame
+from rectmerge.similarity import Similarity
+from rectmerge.transform import Answer, SharedArea, carry_points
+from tests import drawing
+
+ANSWER = Answer(Similarity(1.02, 0.5, 3.0, -1.0), SharedArea((4.0, 2.0), 1.5), "m")
+
+
+def rectmerge(monkeypatch, *words):
+    monkeypatch.setattr("sys.argv", ["rectmerge", *map(str, words)])
+    return run(app, "rectmerge")
+
+
+@pytest.fixture(scope="module")
+def merged(tmp_path_factory):
+    """The folder of a merge of the committed maps."""
+    out = tmp_path_factory.mktemp("merged") / "out"
+    with pytest.MonkeyPatch.context() as patch:
+        assert (
+            rectmerge(patch, "merge", drawing.DATA / "building_a.yaml", drawing.DATA / "building_b.yaml", "-o", out)
+            == 0
+        )
+    return out
+
+
+def told(text):
+    return [float(word) for word in re.findall(r"-?\d+\.\d+", text)]
+
+
+def test_a_rigid_transform_keeps_the_middle_of_what_both_show_and_tells_its_misfit():
+    centre = [4.0, 2.0]
+
+    assert ANSWER.rigid.apply(centre) == pytest.approx(ANSWER.b_to_a.apply(centre))
+    assert ANSWER.rigid.scale == 1.0
+    ring = centre + 1.5 * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+    misses = np.linalg.norm(ANSWER.rigid.apply(ring) - ANSWER.b_to_a.apply(ring), axis=1)
+    assert math.sqrt((misses**2).mean()) == pytest.approx(ANSWER.misfit)
+
+
+def test_no_other_shift_misses_less():
+    rng = np.random.default_rng(1)
+    ring = [4.0, 2.0] + 1.5 * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+
+    def miss(rigid):
+        return ((rigid.apply(ring) - ANSWER.b_to_a.apply(ring)) ** 2).sum()
+
+    for step in rng.normal(0, 0.02, (50, 3)):
+        other = Similarity(1.0, ANSWER.rigid.angle + step[0], ANSWER.rigid.tx + step[1], ANSWER.rigid.ty + step[2])
+        assert miss(other) >= miss(ANSWER.rigid)
+
+
+def test_the_forms_name_parent_and_child_and_carry_the_same_transform():
+    ros1 = ANSWER.line("ros1", parent="world", child="robot")
+    ros2 = ANSWER.line("ros2", parent="world", child="robot")
+
+    assert ros1.endswith(" world robot")
+    assert "--frame-id world --child-frame-id robot" in ros2
+    assert (
+        told(ros1)
+        == told(ros2)
+        == told(ANSWER.line("pose"))
+        == pytest.approx([ANSWER.rigid.tx, ANSWER.rigid.ty, 0.5], abs=1e-6)
+    )
+    matrix = np.array([line.split() for line in ANSWER.line("matrix").splitlines()], float)
+    assert matrix[:2] == pytest.approx(ANSWER.b_to_a.matrix)
+
+
+def test_the_shared_area_is_what_both_maps_show():
+    a = drawing.building(resolution=0.05)
+    pixels = Similarity(1.0, 0.0, 80.0, 0.0)  # the right half of A is the left part of B
+    b = drawing.view(a, pixels, (113, 163), resolution=0.05)
+
+    shared = SharedArea.of(a, b, pixels)
+
+    free = np.argwhere(a.free & (np.arange(163) >= 80))[:, ::-1]
+    expected = a.pixel_to_map(free).mean(axis=0)
+    assert pixels_to_map_frame(pixels, a, b).apply(shared.centre) == pytest.approx(expected, abs=0.05)
+
+
+def test_csv_keeps_its_other_columns():
+    text = "name,y,x\ndoor,2.0,1.0\nlift,0,0\n"
+
+    carried = carry_points(text, "way.csv", Similarity(2.0, math.pi / 2, 10.0, 0.0))
+
+    assert carried == "name,y,x\ndoor,2.000000,6.000000\nlift,0.000000,10.000000\n"
+    assert carry_points("1.0,2.0,a\n", "w.csv", Similarity(tx=1.0)) == "2.000000,2.000000,a\n"
+
+
+def test_geojson_is_carried_however_deep_its_coordinates_are():
+    zone = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1, 7], [0, 0]]]}
+    text = json.dumps({"type": "FeatureCollection", "features": [{"type": "Feature", "geometry": zone}]})
+
+    carried = json.loads(carry_points(text, "zones.geojson", Similarity(tx=5.0, ty=1.0)))
+
+    assert carried["features"][0]["geometry"]["coordinates"] == [[[5, 1], [6, 1], [6, 2, 7], [5, 1]]]
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        *(("p.csv", text) for text in ("", "x,y\n1\n", "a,b\n", "x,y\nnan,1\n")),
+        *(("p.geojson", text) for text in ("{", "[]", '{"coordinates": 3}', '{"coordinates": ["a", 1]}')),
+    ],
+)
+def test_what_holds_no_points_is_refused_by_name(name, text):
+    with pytest.raises(ValueError, match=rf"^{name}: not "):
+        carry_points(text, name, Similarity())
+
+
+def test_a_merge_becomes_a_line_for_tf(merged, monkeypatch, capsys):
+    assert rectmerge(monkeypatch, "transform", merged, "--as", "ros2", "--parent", "world") == 0
+
+    shown = capsys.readouterr()
+    found = json.loads((merged / "alignment.json").read_text())
+    assert "--frame-id world --child-frame-id map_b" in shown.out
+    assert told(shown.out)[2] == pytest.approx(math.remainder(found["b_to_a"]["angle_rad"], math.tau), abs=1e-6)
+    assert "off by" in shown.err
+
+
+def test_points_are_carried_to_a_file(merged, monkeypatch, tmp_path):
+    (tmp_path / "way.csv").write_text("x,y\n0.5,0.5\n")
+
+    assert (
+        rectmerge(monkeypatch, "transform", merged, "--points", tmp_path / "way.csv", "-o", tmp_path / "on_a.csv") == 0
+    )
+
+    found = json.loads((merged / "alignment.json").read_text())["b_to_a"]
+    placed = Similarity(found["scale"], found["angle_rad"], *found["translation"])
+    assert told((tmp_path / "on_a.csv").read_text()) == pytest.approx(placed.apply([0.5, 0.5]), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--as", "tf"], "--as"),
+        (["--candidate", "99"], "there is no candidate 99"),
+        (["-o", "x.csv"], "--points"),
+        (["--points", "none.csv"], "none.csv: cannot be read"),
+    ],
+)
+def test_bad_use_is_one_line(merged, monkeypatch, capsys, words, message):
+    assert rectmerge(monkeypatch, "transform", merged, *words) == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("content", [None, "{", "[]", '{"verdict": "accepted", "candidates": [{}]}'])
+def test_a_folder_without_an_answer_is_named(tmp_path, monkeypatch, capsys, content):
+    if content is not None:
+        (tmp_path / "alignment.json").write_text(content)
+
+    assert rectmerge(monkeypatch, "transform", tmp_path) == 2
+    assert "alignment.json" in capsys.readouterr().err
+
+
+def test_a_no_is_told_with_its_reason_and_a_candidate_can_be_taken(tmp_path, merged, monkeypatch, capsys):
+    found = json.loads((merged / "alignment.json").read_text()) | {"verdict": "rejected", "reason": "no wall"}
+    (tmp_path / "alignment.json").write_text(json.dumps(found))
+
+    assert rectmerge(monkeypatch, "transform", tmp_path) == 2
+    assert "rejected, no wall; --candidate K" in capsys.readouterr().err
+    assert rectmerge(monkeypatch, "transform", tmp_path, "--candidate", "1") == 0
