@@ -10,6 +10,7 @@ import typer
 from rectmerge import console
 from rectmerge.errors import InputError
 
+TOLD_FROM = 0.0005  # a misfit below this would be told as 0.000
 FORMS = "ros1, ros2, matrix or pose"
 
 
@@ -51,10 +52,10 @@ def transform(
         else:
             replace_file(output, carried.encode())
         return
-    if form != "matrix" and answer.misfit > 0 and not quiet:
+    if form != "matrix" and answer.misfit >= TOLD_FROM and not quiet:
         console.say(
-            f"rectmerge: map B fits at a scale of {answer.b_to_a.scale:.5f}, which TF cannot carry; without it the area "
-            f"that both maps show is off by {answer.misfit:.3f} {answer.unit} RMS"
+            f"rectmerge: map B fits at a scale of {answer.b_to_a.scale:.5f}, which TF cannot carry; without it the area"
+            f" that both maps show is off by {answer.misfit:.3f} {answer.unit} RMS"
         )
     typer.echo(answer.line(known[form], parent=parent, child=child))
 

@@ -123,7 +123,16 @@ def test_a_merge_becomes_a_line_for_tf(merged, monkeypatch, capsys):
     found = json.loads((merged / "alignment.json").read_text())
     assert "--frame-id world --child-frame-id map_b" in shown.out
     assert told(shown.out)[2] == pytest.approx(math.remainder(found["b_to_a"]["angle_rad"], math.tau), abs=1e-6)
-    assert "off by" in shown.err
+    assert "off by" not in shown.err  # the resolutions were right: nothing to tell
+
+
+def test_a_scale_that_tf_cannot_carry_is_told_with_what_it_costs(merged, tmp_path, monkeypatch, capsys):
+    found = json.loads((merged / "alignment.json").read_text())
+    found["candidates"][0]["b_to_a"]["scale"] *= 1.02
+    (tmp_path / "alignment.json").write_text(json.dumps(found))
+
+    assert rectmerge(monkeypatch, "transform", tmp_path, "--as", "pose") == 0
+    assert re.search(r"scale of 1\.02\d+, .* off by 0\.0\d\d m RMS", capsys.readouterr().err)
 
 
 def test_points_are_carried_to_a_file(merged, monkeypatch, tmp_path):
