@@ -67,10 +67,11 @@ Every method gets the same pairs; k of n with share and 95 % interval by bootstr
 *Right and accepted*: of required pairs (one place, overlap 0.15 or more). *Best right*: the first candidate is right,
 whatever the verdict. *Wrong*: accepted though wrong. *False merges*: pairs of two places that are accepted. *AURC*:
 area under the risk-coverage curve, lower is better. *e*: median error of the best candidate, a pair without one
-counting as worst. Labels that end in `-tuned` are the same methods with the parameters that `rectbench tune` found on
-the split train of `standard`, one budget for all; the others have their authors' parameters, as far as these are
-published. What each method is, and what was extended for an unknown scale, its docstring tells. `rectbench report`
-shows the same runs with charts and every pair.
+counting as worst. Labels that end in `-tuned` are the same methods with the parameters that `rectbench tune` found:
+ten configurations of each on every fifth pair of the split train of `standard`, the threshold chosen for right less
+wrong; where that did worse on the pairs shown here, both lines stand. The others have their authors' parameters, as far
+as these are published. What each method is, and what was extended for an unknown scale, its docstring tells.
+`rectbench report` shows the same runs with charts and every pair.
 """
 PREDICTION_EXPLAINED = """Right and accepted at equal true overlap, simulated (`standard`) beside real (`real_maps`,
 `real_lasers`). Real hand-held maps bend; simulated ones mostly do not.
