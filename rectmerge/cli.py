@@ -48,6 +48,9 @@ CertifySeconds = Annotated[float, typer.Option(metavar="S", min=0.1, help="Time 
 Force = Annotated[bool, typer.Option("--force", metavar="", help="Replace the results that DIR holds.")]
 Json = Annotated[bool, typer.Option("--json", metavar="", help="Print JSON instead of text.")]
 Grey = Annotated[int | None, typer.Option(min=0, max=255, help="Grey level in plain images; guessed unless given.")]
+Strict = Annotated[
+    bool, typer.Option("--strict-thresholds", help="Obey a YAML whose free_thresh turns unknown space free.")
+]
 
 
 @app.callback()
@@ -75,6 +78,7 @@ def merge(
     free: Grey = None,
     occupied: Grey = None,
     unknown: Grey = None,
+    strict_thresholds: Strict = False,
     quiet: console.Quiet = False,
     debug: console.Debug = False,
 ) -> None:
@@ -87,7 +91,7 @@ def merge(
     folder = ResultFolder(output)
     folder.check(_input_files(a, b), force=force)
     levels = {"free": free, "occupied": occupied, "unknown": unknown}
-    grid_a, grid_b = _read_maps([a, b], levels, quiet=quiet)
+    grid_a, grid_b = _read_maps([a, b], levels, strict=strict_thresholds, quiet=quiet)
     found = _with_quality(align(grid_a, grid_b, method=solver, scale=bounds, seed=seed), grid_a, grid_b)
     pictures, merged = _results(found, grid_a, grid_b, wins)
     certificate = _certify(found, grid_a, grid_b, bounds, certify_seconds) if found and certify else None
@@ -105,6 +109,7 @@ def inspect(
     free: Grey = None,
     occupied: Grey = None,
     unknown: Grey = None,
+    strict_thresholds: Strict = False,
     quiet: console.Quiet = False,
     debug: console.Debug = False,
 ) -> None:
@@ -117,7 +122,8 @@ def inspect(
         raise InputError(f"{output}: the picture is a PNG; give it a name that ends in .png")
     if output.resolve() in {file.resolve() for file in _input_files(map_file)}:
         raise InputError(f"{output}: is the map itself; name another picture with -o")
-    (grid,) = _read_maps([map_file], {"free": free, "occupied": occupied, "unknown": unknown}, quiet=quiet)
+    levels = {"free": free, "occupied": occupied, "unknown": unknown}
+    (grid,) = _read_maps([map_file], levels, strict=strict_thresholds, quiet=quiet)
     inspection = inspect_map(grid)
     replace_file(output, encode_image(inspection.draw(), ".png"))
     typer.echo(to_json(inspection.as_dict()) if json else f"{inspection}\n  picture      {output}")
@@ -201,7 +207,9 @@ def _input_files(*paths: Path) -> list[Path]:
     return [file for path in paths for file in map_files(path)]
 
 
-def _read_maps(paths: Sequence[Path], levels: dict[str, int | None], *, quiet: bool) -> list[OccupancyGrid]:
+def _read_maps(
+    paths: Sequence[Path], levels: dict[str, int | None], *, strict: bool, quiet: bool
+) -> list[OccupancyGrid]:
     """Read the maps; say on stderr what was guessed about them."""
     from rectmerge.mapfile import is_yaml, read_image, read_map
 
@@ -210,7 +218,7 @@ def _read_maps(paths: Sequence[Path], levels: dict[str, int | None], *, quiet: b
     grids, notes = [], []
     for path in paths:
         if is_yaml(path):
-            grids.append(read_map(path))
+            grids.append(read_map(path, strict_thresholds=strict))
             continue
         grid, guess = read_image(path, **levels)
         grids.append(grid)

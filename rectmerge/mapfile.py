@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
+import logging
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 import yaml
@@ -15,15 +13,15 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, MapFileError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from rectmerge.imagefile import WRITABLE, Pixels, encode_image, read_pixels, replace_file, require_file
+from rectmerge.imagefile import WRITABLE, Pixels, encode_image, read_pixels, replace_file
 from rectmerge.levels import Levels, infer_levels
+from rectmerge.mapheader import MapHeader, read_header
 
 YAML_SUFFIXES = (".yaml", ".yml")
-MAX_YAML_BYTES = 65_536
 FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = 254, 205, 0  # as map_saver writes them
+FULL_GREY = 255
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
-
-Mode = Literal["trinary", "scale", "raw"]
+LOGGER = logging.getLogger("rectmerge")
 
 
 class PlainMap(NamedTuple):
@@ -46,7 +44,7 @@ def map_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
     MapFileError
         If a YAML cannot be read.
     """
-    return (Path(path), _read_header(Path(path)).image) if is_yaml(path) else (Path(path),)
+    return (Path(path), read_header(Path(path)).image) if is_yaml(path) else (Path(path),)
 
 
 def read_map(
@@ -55,6 +53,7 @@ def read_map(
     free: int | None = None,
     occupied: int | None = None,
     unknown: int | None = None,
+    strict_thresholds: bool = False,
 ) -> OccupancyGrid:
     """Read a map: a ROS map_server YAML with its image, or a plain image.
 
@@ -65,6 +64,8 @@ def read_map(
         resolution is then not known (None).
     free, occupied, unknown
         Grey levels of a plain image, 0..255, where the guess of `rectmerge.levels.infer_levels` is wrong.
+    strict_thresholds
+        Take a YAML at its word even where it turns unknown space free, see Notes.
 
     Raises
     ------
@@ -76,12 +77,16 @@ def read_map(
     Follows map_server 1.17 (image_loader.cpp) in its modes trinary, scale and raw. Departs from it: an alpha channel
     is not averaged with the colours (opaque grey 205 would turn free); in scale mode it still marks unknown cells.
     ``resolution: null`` is read as a resolution that is not known.
+
+    The map savers of nav2 wrote ``free_thresh: 0.25`` for years beside grey 205 for unknown, which by that threshold is
+    free: (255 - 205) / 255 = 0.196. Where 205 would turn free in an image that has the savers' free grey, 254, and no
+    shades beside 205, it stays unknown, and the logger `rectmerge` warns.
     """
     if not is_yaml(path):
         return read_image(path, free=free, occupied=occupied, unknown=unknown).grid
     if any(level is not None for level in (free, occupied, unknown)):
         raise MapFileError(f"{path}: grey levels are for plain images; a YAML tells them by its thresholds")
-    return _read_yaml_map(Path(path))
+    return _read_yaml_map(Path(path), strict_thresholds=strict_thresholds)
 
 
 def read_image(
@@ -161,33 +166,29 @@ def encode_map(grid: OccupancyGrid, image_name: str) -> tuple[bytes, bytes]:
     return encode_image(grey, Path(image_name).suffix), header.encode()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Header:
-    """The checked content of a map_server YAML."""
-
-    image: Path
-    resolution: float | None
-    origin: tuple[float, float, float]
-    negate: bool
-    occupied_thresh: float
-    free_thresh: float
-    mode: Mode
-
-
-def _read_yaml_map(path: Path) -> OccupancyGrid:
-    header = _read_header(path)
+def _read_yaml_map(path: Path, *, strict_thresholds: bool) -> OccupancyGrid:
+    header = read_header(path)
     try:
         pixels = _checked_size(header.image, read_pixels(header.image))
     except MapFileError as error:
         raise MapFileError(f"{path}: its image {error}") from None
-    occupancy = _occupancy_table(header, pixels.full)[pixels.values]
+    table = _occupancy_table(header, pixels.full)
+    if not strict_thresholds and _turns_unknown_free(header, pixels, table):
+        table[UNKNOWN_GREY] = UNKNOWN
+        LOGGER.warning(
+            "%s: free_thresh %g would turn grey 205, which map savers write for unknown, into free space; it is kept "
+            "unknown (--strict-thresholds obeys the file, free_thresh: 0.196 mends it)",
+            path,
+            header.free_thresh,
+        )
+    occupancy = table[pixels.values]
     if header.mode == "scale" and pixels.opaque is not None:
         occupancy[~pixels.opaque & (occupancy > FREE) & (occupancy < OCCUPIED)] = UNKNOWN
     grid = OccupancyGrid(occupancy, header.resolution, header.origin)
     return _checked(path, grid, "check negate, free_thresh and occupied_thresh")
 
 
-def _occupancy_table(header: _Header, full: int) -> NDArray[np.int8]:
+def _occupancy_table(header: MapHeader, full: int) -> NDArray[np.int8]:
     """Return what each pixel value means, shape (full + 1,), with map_server's arithmetic."""
     grey = np.arange(full + 1) * 255.0 / full
     if header.negate:
@@ -200,6 +201,15 @@ def _occupancy_table(header: _Header, full: int) -> NDArray[np.int8]:
     sure = np.where(occupied > header.occupied_thresh, OCCUPIED, FREE)
     is_sure = (occupied > header.occupied_thresh) | (occupied < header.free_thresh)
     return np.where(is_sure, sure, between).astype(np.int8)
+
+
+def _turns_unknown_free(header: MapHeader, pixels: Pixels, table: NDArray[np.int8]) -> bool:
+    """Tell the known trap: the savers' grey for unknown read as free beside the grey that they write for free."""
+    if header.mode == "raw" or header.negate or pixels.full != FULL_GREY or table[UNKNOWN_GREY] != FREE:
+        return False
+    is_there = np.bincount(pixels.values.ravel(), minlength=FULL_GREY + 1) > 0
+    is_level = not is_there[[UNKNOWN_GREY - 1, UNKNOWN_GREY + 1]].any()  # and no shade among others
+    return bool(is_there[UNKNOWN_GREY] and is_there[FREE_GREY] and is_level)
 
 
 def _checked_size(path: Path, pixels: Pixels) -> Pixels:
@@ -215,80 +225,3 @@ def _checked(path: Path, grid: OccupancyGrid, remedy: str) -> OccupancyGrid:
         what = "all cells are unknown" if grid.unknown.all() else "no cell is free"
         raise MapFileError(f"{path}: {what}; {remedy}")
     return grid
-
-
-def _read_header(path: Path) -> _Header:
-    require_file(path)
-    if path.stat().st_size > MAX_YAML_BYTES:
-        raise MapFileError(f"{path}: more than {MAX_YAML_BYTES // 1024} KB, so not a map_server YAML")
-    try:
-        keys = yaml.safe_load(path.read_bytes())
-    except OSError as error:
-        raise MapFileError(f"{path}: {error.strerror or error}; make the file readable") from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise MapFileError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}") from None
-    if keys is None:
-        raise MapFileError(f"{path}: the file is empty; a map_server YAML names image, resolution, origin, ...")
-    if not isinstance(keys, dict):
-        raise MapFileError(f"{path}: not a map_server YAML: it must map image, resolution, origin, ... to values")
-    image = keys.get("image")
-    if not isinstance(image, str) or not image or "\0" in image:
-        raise MapFileError(f"{path}: image must name the map's image file, got {_short(image)}")
-    mode = keys.get("mode", "trinary")
-    if mode not in ("trinary", "scale", "raw"):
-        raise MapFileError(f"{path}: mode must be trinary, scale or raw, got {_short(mode)}")
-    negate = keys.get("negate", 0)
-    if negate not in (0, 1, "0", "1"):
-        raise MapFileError(f"{path}: negate must be 0 or 1, got {_short(negate)}")
-    occupied_thresh, free_thresh = (_number(path, keys, key) for key in ("occupied_thresh", "free_thresh"))
-    if not 0 <= free_thresh < occupied_thresh <= 1:
-        raise MapFileError(
-            f"{path}: thresholds must satisfy 0 <= free_thresh < occupied_thresh <= 1, "
-            f"got {free_thresh:g} and {occupied_thresh:g}; map_saver writes 0.196 and 0.65"
-        )
-    return _Header(
-        image=path.parent / image,
-        resolution=_resolution(path, keys),
-        origin=_origin(path, keys),
-        negate=bool(int(negate)),
-        occupied_thresh=occupied_thresh,
-        free_thresh=free_thresh,
-        mode=cast(Mode, mode),
-    )
-
-
-def _resolution(path: Path, keys: Mapping[str, Any]) -> float | None:
-    if "resolution" in keys and keys["resolution"] is None:
-        return None
-    resolution = _number(path, keys, "resolution")
-    if resolution <= 0:
-        raise MapFileError(f"{path}: resolution must be > 0 metres per cell (null if not known), got {resolution:g}")
-    return resolution
-
-
-def _origin(path: Path, keys: Mapping[str, Any]) -> tuple[float, float, float]:
-    origin = keys.get("origin")
-    if not isinstance(origin, list) or len(origin) != 3:
-        raise MapFileError(f"{path}: origin must be [x, y, yaw], got {_short(origin)}")
-    named = {f"origin[{i}]": value for i, value in enumerate(origin)}
-    x, y, yaw = (_number(path, named, key) for key in named)
-    return x, y, yaw
-
-
-def _number(path: Path, keys: Mapping[str, Any], key: str) -> float:
-    """Read a finite number; text such as 5e-2, which YAML 1.1 does not take for a number, counts too."""
-    if key not in keys:
-        raise MapFileError(f"{path}: the key {key} is missing; map_server needs it")
-    value = keys[key]
-    try:
-        number = math.nan if isinstance(value, bool) else float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    if not math.isfinite(number):
-        raise MapFileError(f"{path}: {key} must be a finite number, got {_short(value)}")
-    return number
-
-
-def _short(value: object) -> str:
-    text = "nothing" if value is None else repr(value) if isinstance(value, str | int | float) else type(value).__name__
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -88,6 +88,39 @@ def test_colour_channels_are_averaged(tmp_path):
     assert grid.occupancy.tolist() == [[0, 100], [0, -1]]  # red is 170 of 255 dark: occupied; cyan 85: between
 
 
+def test_the_savers_unknown_stays_unknown_where_the_threshold_would_turn_it_free(tmp_path, caplog):
+    path = write(tmp_path, free_thresh=0.25)
+
+    grid = read_map(path)
+
+    assert grid.occupancy.tolist() == GOOD_CELLS
+    assert f"{path}: free_thresh 0.25" in caplog.text
+
+
+def test_the_file_is_obeyed_where_that_is_asked_for(tmp_path, caplog):
+    grid = read_map(write(tmp_path, free_thresh=0.25), strict_thresholds=True)
+
+    assert grid.occupancy[:, 3].tolist() == [0, 0, 0]
+    assert not caplog.text
+
+
+@pytest.mark.parametrize(
+    ("pixels", "changes"),
+    [
+        ([0, 253, 253, 205], {}),  # not what savers write for free
+        ([0, 254, 204, 205], {}),  # a shade among others
+        ([0, 254, 254, 205], {"negate": 1, "occupied_thresh": 0.9}),
+        ([0, 254, 254, 205], {"mode": "raw"}),
+        ([0, 254, 254, 205], {"free_thresh": 0.15}),  # unknown all the same
+    ],
+)
+def test_other_files_are_taken_at_their_word(tmp_path, caplog, pixels, changes):
+    path = write(tmp_path, image=b"P5 2 2 255\n" + bytes(pixels), **({"free_thresh": 0.25} | changes))
+
+    assert np.array_equal(read_map(path).occupancy, read_map(path, strict_thresholds=True).occupancy)
+    assert not caplog.text
+
+
 @pytest.mark.parametrize(("grey", "cell"), [(205, -1), (206, 0), (89, 100), (90, -1)])
 def test_thresholds_cut_exactly_where_map_server_cuts(tmp_path, grey, cell):
     # occupied if (255 - grey) / 255 > 0.65, that is grey < 89.25; free if < 0.196, that is grey > 205.02

@@ -1,0 +1,114 @@
+"""What a map_server YAML says of its image, read and checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, cast
+
+import yaml
+
+from rectmerge.errors import MapFileError
+from rectmerge.imagefile import require_file
+
+MAX_YAML_BYTES = 65_536
+Mode = Literal["trinary", "scale", "raw"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapHeader:
+    """The checked content of a map_server YAML."""
+
+    image: Path
+    resolution: float | None
+    origin: tuple[float, float, float]
+    negate: bool
+    occupied_thresh: float
+    free_thresh: float
+    mode: Mode
+
+
+def read_header(path: Path) -> MapHeader:
+    """Read a map_server YAML.
+
+    Raises
+    ------
+    MapFileError
+        If it is none; the message names the file, the key and what is allowed.
+    """
+    require_file(path)
+    if path.stat().st_size > MAX_YAML_BYTES:
+        raise MapFileError(f"{path}: more than {MAX_YAML_BYTES // 1024} KB, so not a map_server YAML")
+    try:
+        keys = yaml.safe_load(path.read_bytes())
+    except OSError as error:
+        raise MapFileError(f"{path}: {error.strerror or error}; make the file readable") from None
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise MapFileError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}") from None
+    if keys is None:
+        raise MapFileError(f"{path}: the file is empty; a map_server YAML names image, resolution, origin, ...")
+    if not isinstance(keys, dict):
+        raise MapFileError(f"{path}: not a map_server YAML: it must map image, resolution, origin, ... to values")
+    image = keys.get("image")
+    if not isinstance(image, str) or not image or "\0" in image:
+        raise MapFileError(f"{path}: image must name the map's image file, got {_short(image)}")
+    mode = keys.get("mode", "trinary")
+    if mode not in ("trinary", "scale", "raw"):
+        raise MapFileError(f"{path}: mode must be trinary, scale or raw, got {_short(mode)}")
+    negate = keys.get("negate", 0)
+    if negate not in (0, 1, "0", "1"):
+        raise MapFileError(f"{path}: negate must be 0 or 1, got {_short(negate)}")
+    occupied_thresh, free_thresh = (_number(path, keys, key) for key in ("occupied_thresh", "free_thresh"))
+    if not 0 <= free_thresh < occupied_thresh <= 1:
+        raise MapFileError(
+            f"{path}: thresholds must satisfy 0 <= free_thresh < occupied_thresh <= 1, "
+            f"got {free_thresh:g} and {occupied_thresh:g}; map_saver writes 0.196 and 0.65"
+        )
+    return MapHeader(
+        image=path.parent / image,
+        resolution=_resolution(path, keys),
+        origin=_origin(path, keys),
+        negate=bool(int(negate)),
+        occupied_thresh=occupied_thresh,
+        free_thresh=free_thresh,
+        mode=cast(Mode, mode),
+    )
+
+
+def _resolution(path: Path, keys: Mapping[str, Any]) -> float | None:
+    if "resolution" in keys and keys["resolution"] is None:
+        return None
+    resolution = _number(path, keys, "resolution")
+    if resolution <= 0:
+        raise MapFileError(f"{path}: resolution must be > 0 metres per cell (null if not known), got {resolution:g}")
+    return resolution
+
+
+def _origin(path: Path, keys: Mapping[str, Any]) -> tuple[float, float, float]:
+    origin = keys.get("origin")
+    if not isinstance(origin, list) or len(origin) != 3:
+        raise MapFileError(f"{path}: origin must be [x, y, yaw], got {_short(origin)}")
+    named = {f"origin[{i}]": value for i, value in enumerate(origin)}
+    x, y, yaw = (_number(path, named, key) for key in named)
+    return x, y, yaw
+
+
+def _number(path: Path, keys: Mapping[str, Any], key: str) -> float:
+    """Read a finite number; text such as 5e-2, which YAML 1.1 does not take for a number, counts too."""
+    if key not in keys:
+        raise MapFileError(f"{path}: the key {key} is missing; map_server needs it")
+    value = keys[key]
+    try:
+        number = math.nan if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise MapFileError(f"{path}: {key} must be a finite number, got {_short(value)}")
+    return number
+
+
+def _short(value: object) -> str:
+    text = "nothing" if value is None else repr(value) if isinstance(value, str | int | float) else type(value).__name__
+    return text if len(text) <= 60 else text[:57] + "..."
