@@ -6,8 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from rectmerge.errors import InputError
 from scenarios.contest import Contest, contest_of
+from scenarios.dataset import is_dataset
 from scenarios.leaderboard.entrants import EVERYBODY
+from scenarios.scenario import load_suite
 
 SUITES = ("standard", "headline", "sweep-overlap", "sweep-noise", "sweep-scale", "sweep-accuracy", "sweep-drift")
 REAL = ("real_maps", "real_lasers")
@@ -59,11 +62,20 @@ def stages(out: Path, maps: Path | None, suites: Sequence[str] = SUITES) -> list
         The folder that holds the real data sets; None leaves them out.
     suites
         The simulated ones.
+
+    Raises
+    ------
+    InputError
+        If there is no such suite, or a real data set is not in its folder: before hours have passed.
     """
     found = []
     for name in suites:
+        load_suite(name)
         tracks = (False, True) if name in BOTH_TRACKS else (False,)
         found += [Stage(name, out / SETS / name, knows_scale, True) for knows_scale in tracks]
     if maps is not None:
+        for name in REAL:
+            if not is_dataset(maps / name):
+                raise InputError(f"{maps}: must hold the data sets {' and '.join(REAL)}; there is no {name}")
         found += [Stage(name, maps / name, False, False) for name in REAL]
     return found

@@ -2,7 +2,8 @@ import math
 
 import pytest
 
-from scenarios.leaderboard.contests import stages
+from rectmerge.errors import InputError
+from scenarios.leaderboard.contests import REAL, stages
 from scenarios.leaderboard.page import page, prediction
 from scenarios.leaderboard.prediction import kendall_tau, matched_overlap
 from scenarios.report.reading import Contest, Provenance, Runs
@@ -78,9 +79,16 @@ def test_without_real_pairs_the_page_says_that_nothing_is_predicted():
 
 
 def test_the_stages_are_both_tracks_of_standard_and_the_real_sets_where_they_are(tmp_path):
-    names = [stage.run_name for stage in stages(tmp_path, None)]
+    for name in REAL:
+        (tmp_path / "maps" / name).mkdir(parents=True)
+        (tmp_path / "maps" / name / "metadata.jsonl").write_text("{}\n")
 
-    assert names[:3] == ["standard", "standard-known", "headline"]
-    assert [stage.run_name for stage in stages(tmp_path, tmp_path / "maps", ["smoke"])] == [
-        *("smoke", "real_maps", "real_lasers")
-    ]
+    assert [stage.run_name for stage in stages(tmp_path, None)][:3] == ["standard", "standard-known", "headline"]
+    assert [stage.run_name for stage in stages(tmp_path, tmp_path / "maps", ["smoke"])] == ["smoke", *REAL]
+
+
+def test_what_is_not_there_is_refused_before_anything_runs(tmp_path):
+    with pytest.raises(InputError, match="there is no real_maps"):
+        stages(tmp_path, tmp_path, ["smoke"])
+    with pytest.raises(InputError, match="no suite 'nope'"):
+        stages(tmp_path, None, ["nope"])
