@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from rectmerge.methods import Scale
     from rectmerge.robust.certificate import Certificate
 
-STATUS = {"accepted": console.YES, "rejected": console.NO, "ambiguous": console.AMBIGUOUS}
 DOUBTFUL = 0.9  # below this confidence a yes asks to be looked at
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 
@@ -98,7 +97,7 @@ def merge(
     told = _told(found, grid_a, grid_b) | ({"certificate": certificate.as_dict()} if certificate is not None else {})
     files = folder.write(told, pictures, merged)
     typer.echo(to_json(told) if json else _describe(found, files, certificate))
-    raise typer.Exit(STATUS[found.verdict])
+    raise typer.Exit(console.STATUS[found.verdict])
 
 
 @app.command()

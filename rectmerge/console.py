@@ -39,6 +39,7 @@ Version = Annotated[
     bool,
     typer.Option("--version", metavar="", help="Show the version and exit.", callback=_show_version, is_eager=True),
 ]
+STATUS = {"accepted": YES, "rejected": NO, "ambiguous": AMBIGUOUS}  # of a verdict
 
 
 def run(app: typer.Typer, prog: str, args: Sequence[str] | None = None) -> int:

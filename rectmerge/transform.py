@@ -14,6 +14,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.alignment import Verdict
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.overlap import cells_of
@@ -50,42 +51,12 @@ class SharedArea:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class Placed:
     """A placement as ``alignment.json`` tells it: from B's map frame to A's, the area both show, and the unit."""
 
     b_to_a: Similarity
     shared: SharedArea
     unit: str
-
-    @classmethod
-    def read(cls, folder: str | Path, *, candidate: int | None = None) -> Answer:
-        """Read the accepted placement of a merge's folder, or a candidate, 1 being the best.
-
-        Raises
-        ------
-        InputError
-            If the folder holds no readable answer, there is no such candidate, or none is accepted and no candidate
-            was named.
-        """
-        path = Path(folder) / "alignment.json"
-        try:
-            told = json.loads(path.read_text(encoding="utf-8"))
-            candidates, verdict = told["candidates"], told["verdict"]
-            if candidate is None and verdict != "accepted":
-                raise InputError(f"{path}: {verdict}, {told['reason']}; --candidate K takes one of {len(candidates)}")
-            if not 1 <= (candidate or 1) <= len(candidates):
-                raise InputError(f"{path}: there is no candidate {candidate}; it holds {len(candidates)}")
-            chosen = candidates[(candidate or 1) - 1]
-            placed, shared = chosen["b_to_a"], chosen["shared"]
-            return cls(
-                Similarity(placed["scale"], placed["angle_rad"], *placed["translation"]),
-                SharedArea(tuple(shared["centre"]), shared["radius"]),
-                placed["unit"],
-            )
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read: {error.strerror}; name the folder of a merge") from None
-        except (ValueError, KeyError, TypeError) as error:
-            raise InputError(f"{path}: not an answer of rectmerge merge: {error}; merge again") from None
 
     @property
     def rigid(self) -> Similarity:
@@ -119,6 +90,43 @@ class Answer:
         )
 
 
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a merge's folder tells: the verdict, its reason, and the candidates, best first."""
+
+    verdict: Verdict
+    reason: str
+    candidates: tuple[Placed, ...]
+
+    @classmethod
+    def read(cls, folder: str | Path) -> Answer:
+        """Read ``alignment.json``.
+
+        Raises
+        ------
+        InputError
+            If the folder holds no readable answer.
+        """
+        path = Path(folder) / "alignment.json"
+        try:
+            told = json.loads(path.read_text(encoding="utf-8"))
+            if told["verdict"] not in get_args(Verdict):
+                raise ValueError(f"no verdict {told['verdict']!r}")
+            return cls(told["verdict"], str(told["reason"]), tuple(map(_placed, told["candidates"])))
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror}; name the folder of a merge") from None
+        except KeyError as error:
+            raise InputError(f"{path}: not an answer of rectmerge merge: there is no {error}; merge again") from None
+        except (ValueError, TypeError) as error:
+            raise InputError(f"{path}: not an answer of rectmerge merge: {error}; merge again") from None
+
+    def candidate(self, number: int) -> Placed:
+        """Return a candidate, 1 being the best; refuses a number that there is not."""
+        if not 1 <= number <= len(self.candidates):
+            raise InputError(f"there is no candidate {number}; the answer holds {len(self.candidates)}")
+        return self.candidates[number - 1]
+
+
 def carry_points(text: str, name: str, b_to_a: Similarity) -> str:
     """Take the points of a file from B's map frame to A's; all else in it stays.
 
@@ -142,6 +150,13 @@ def carry_points(text: str, name: str, b_to_a: Similarity) -> str:
     except (ValueError, IndexError, TypeError) as error:
         kind = "GeoJSON" if is_geojson else "CSV with columns x and y"
         raise InputError(f"{name}: not {kind}: {error}") from None
+
+
+def _placed(told: Mapping[str, Any]) -> Placed:
+    placed, shared = told["b_to_a"], told["shared"]
+    x, y = shared["centre"]
+    b_to_a = Similarity(placed["scale"], placed["angle_rad"], *placed["translation"])
+    return Placed(b_to_a, SharedArea((x, y), shared["radius"]), placed["unit"])
 
 
 def _carry_geojson(text: str, b_to_a: Similarity) -> str:

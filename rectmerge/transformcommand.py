@@ -33,7 +33,8 @@ def transform(
 
     The parent is the frame of map A, the child that of map B. TF carries no scale: where map B is to be scaled, the
     transform is fitted anew without scale, and stderr tells by how much that misses. With --points the points of a file
-    are carried from B's map frame to A's instead, scale and all.
+    are carried from B's map frame to A's instead, scale and all. Where the merge said no and no candidate is named, the
+    status is that of the merge, 1 or 3.
     """
     from rectmerge.imagefile import replace_file
     from rectmerge.transform import FORMS as KNOWN
@@ -44,20 +45,25 @@ def transform(
         raise typer.BadParameter(f"{form!r} is not one of {FORMS}: --as")
     if output is not None and points is None:
         raise InputError("-o says where carried points go; name them with --points")
-    answer = Answer.read(folder, candidate=candidate)
+    answer = Answer.read(folder)
+    if candidate is None and answer.verdict != "accepted":
+        count = len(answer.candidates)
+        console.say(f"rectmerge: {folder}: {answer.verdict}, {answer.reason}; --candidate K takes one of its {count}")
+        raise typer.Exit(console.STATUS[answer.verdict])
+    placed = answer.candidate(candidate or 1)
     if points is not None:
-        carried = carry_points(_text(points), points.name, answer.b_to_a)
+        carried = carry_points(_text(points), points.name, placed.b_to_a)
         if output is None:
             typer.echo(carried, nl=False)
         else:
             replace_file(output, carried.encode())
         return
-    if form != "matrix" and answer.misfit >= TOLD_FROM and not quiet:
+    if form != "matrix" and placed.misfit >= TOLD_FROM and not quiet:
         console.say(
-            f"rectmerge: map B fits at a scale of {answer.b_to_a.scale:.5f}, which TF cannot carry; without it the area"
-            f" that both maps show is off by {answer.misfit:.3f} {answer.unit} RMS"
+            f"rectmerge: map B fits at a scale of {placed.b_to_a.scale:.5f}, which TF cannot carry; without it the area"
+            f" that both maps show is off by {placed.misfit:.3f} {placed.unit} RMS"
         )
-    typer.echo(answer.line(known[form], parent=parent, child=child))
+    typer.echo(placed.line(known[form], parent=parent, child=child))
 
 
 def _text(path: Path) -> str:

@@ -9,12 +9,12 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from scenarios.accuracy import count, grouped, is_right, median_error_px
 from scenarios.headline import markdown
 from scenarios.rows import Row
 from scenarios.statistics import clustered_rate
+from scenarios.trust import answered
 
 CONFIDENCE_BINS = (0.0, 0.05, 0.35, 0.65, 0.9, 0.99, 1.0)
 COVERAGES = (0.25, 0.5, 0.75, 0.9, 1.0)
@@ -132,7 +132,7 @@ def missed_table(rows: Sequence[Row]) -> str:
 
 def brier_line(rows: Sequence[Row]) -> str:
     """Tell the Brier score, beside that of a confidence that always says the share of right answers."""
-    confidence, right = _answered(rows)
+    confidence, right = answered(rows)
     if not len(right):
         return "No answers.\n"
     unrelated = sum(row["stratum"] == "unrelated" for row in rows)
@@ -145,7 +145,7 @@ def brier_line(rows: Sequence[Row]) -> str:
 
 def reliability_table(rows: Sequence[Row]) -> str:
     """Compare the confidence with the share that was right, by bins of confidence."""
-    confidence, right = _answered(rows)
+    confidence, right = answered(rows)
     cells = []
     for low, high in pairwise(CONFIDENCE_BINS):
         held = (confidence >= low) & ((confidence < high) | (high == 1.0))
@@ -161,7 +161,7 @@ def risk_table(rows: Sequence[Row]) -> str:
     for coverage in COVERAGES:
         line = [f"{100 * coverage:.0f} %"]
         for kept in (rows, [row for row in rows if row["stratum"] != "unrelated"]):
-            confidence, right = _answered(kept)
+            confidence, right = answered(kept)
             first = np.argsort(-confidence, kind="stable")[: math.ceil(coverage * len(right))]
             line.append(f"{int((1 - right[first]).sum())} of {len(first)}")
         cells.append(line)
@@ -187,13 +187,6 @@ def ablation_table(ablated: Mapping[str, Sequence[Row]]) -> str:
         )
     heads = ("off", "hand-held", "laser", "right at all", "wrong and accepted", "e hand-held", "e laser", "s")
     return markdown(heads, cells)
-
-
-def _answered(rows: Sequence[Row]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the confidence of the rows with a verdict, and 1.0 where the best candidate is right."""
-    answered = [row for row in rows if row["verdict"]]
-    confidence = np.array([row["confidence"] for row in answered], np.float64)
-    return confidence, np.array([is_right(row) for row in answered], np.float64)
 
 
 def _median_seconds(rows: Sequence[Row]) -> float | None:

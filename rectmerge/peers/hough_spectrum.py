@@ -56,9 +56,10 @@ class HoughSpectrum:
     Notes
     -----
     S. Carpin, "Fast and accurate map merging for multi-robot systems", Autonomous Robots 25(3), 2008,
-    DOI 10.1007/s10514-008-9097-4. Hypotheses are ranked by its acceptance index, agree / (agree + disagree). Both maps
-    are turned until A's walls lie along the axes before the X and Y spectra are taken. The bin of one degree,
-    the number of turns and the threshold are our choice.
+    DOI 10.1007/s10514-008-9097-4, from its outline: turns by the Hough spectra, shifts by the X and Y spectra, and
+    hypotheses ranked by the acceptance index, agree / (agree + disagree). That both maps are turned until A's walls lie
+    along the axes before the X and Y spectra are taken, the bin of one degree, the number of turns and the threshold
+    are our choice.
 
     Extended for unknown scale: the Hough spectrum's peaks do not depend on it, so turns are found once; B's points are
     multiplied by each scale before the X and Y spectra are taken. A map shrunk into the other's free space disagrees

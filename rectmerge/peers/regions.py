@@ -51,11 +51,10 @@ class Regions:
     -----
     S. G. Shahbandi and M. Magnusson, "2D map alignment with region decomposition", Autonomous Robots 43, 2019,
     DOI 10.1007/s10514-018-9785-7: regions' oriented minimum bounding boxes are laid on each other in all four rolls,
-    each giving a hypothesis; these are clustered, and the cluster under which most regions associate wins. There, an
-    affine transform is fitted; here, and this is what was extended for an unknown scale, a similarity by least squares,
-    kept where it lies within the bounds of the scale and the boxes have the same shape. The article decomposes maps by
-    the arrangement of their dominant lines; here regions are what is left of the free space at several distances from
-    walls. The parameters are ours.
+    each giving a hypothesis; these are clustered, and the cluster under which most regions associate wins. The scale is
+    unknown there, too: nothing was added but its bounds. This is written from the outline of the method, not from its
+    details: regions are what is left of the free space at several distances from walls, a box is laid on another by
+    least squares, and association, clusters and all parameters are ours.
     """
 
     name: ClassVar[str] = "regions"

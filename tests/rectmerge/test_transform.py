@@ -9,10 +9,10 @@ from rectmerge.cli import app
 from rectmerge.console import run
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.similarity import Similarity
-from rectmerge.transform import Answer, SharedArea, carry_points
+from rectmerge.transform import Placed, SharedArea, carry_points
 from tests import drawing
 
-ANSWER = Answer(Similarity(1.02, 0.5, 3.0, -1.0), SharedArea((4.0, 2.0), 1.5), "m")
+ANSWER = Placed(Similarity(1.02, 0.5, 3.0, -1.0), SharedArea((4.0, 2.0), 1.5), "m")
 
 
 def rectmerge(monkeypatch, *words):
@@ -172,8 +172,11 @@ def test_a_folder_without_an_answer_is_named(tmp_path, monkeypatch, capsys, cont
 
 def test_a_no_is_told_with_its_reason_and_a_candidate_can_be_taken(tmp_path, merged, monkeypatch, capsys):
     found = json.loads((merged / "alignment.json").read_text()) | {"verdict": "rejected", "reason": "no wall"}
+    count = len(found["candidates"])
     (tmp_path / "alignment.json").write_text(json.dumps(found))
 
-    assert rectmerge(monkeypatch, "transform", tmp_path) == 2
-    assert "rejected, no wall; --candidate K" in capsys.readouterr().err
+    assert rectmerge(monkeypatch, "transform", tmp_path) == 1
+    shown = capsys.readouterr()
+    assert shown.err == f"rectmerge: {tmp_path}: rejected, no wall; --candidate K takes one of its {count}\n"
+    assert not shown.out
     assert rectmerge(monkeypatch, "transform", tmp_path, "--candidate", "1") == 0
