@@ -18,6 +18,7 @@ from rectmerge.errors import MapFileError
 from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS
 
 READABLE = ("PNG", "PPM", "BMP", "JPEG", "TIFF", "GIF")
+OPAQUE = 255
 WRITABLE = {".pgm": "PPM", ".png": "PNG"}
 BROKEN = (  # what decoders raise on broken files
     *(OSError, ValueError, TypeError, SyntaxError, EOFError, LookupError, ArithmeticError, AttributeError),
@@ -26,11 +27,27 @@ BROKEN = (  # what decoders raise on broken files
 
 
 class Pixels(NamedTuple):
-    """A decoded image: the sum of its colour channels, the sum of white, and where it is not fully transparent."""
+    """A decoded image.
+
+    Parameters
+    ----------
+    values, full
+        The sum of the colour channels, shape (H, W), and that sum for white.
+    luma
+        The grey that colours look like (ITU-R 601-2), 8 bit, shape (H, W).
+    alpha
+        0 clear to 255 opaque, shape (H, W); None where the image has no such channel.
+    """
 
     values: NDArray[np.uint16]
     full: int
-    opaque: NDArray[np.bool_] | None
+    luma: NDArray[np.uint8]
+    alpha: NDArray[np.uint8] | None = None
+
+    @property
+    def opaque(self) -> NDArray[np.bool_] | None:
+        """Where it is not wholly transparent, shape (H, W); None where that is everywhere."""
+        return None if self.alpha is None or self.alpha.all() else self.alpha > 0
 
 
 def read_pixels(path: Path) -> Pixels:
@@ -67,7 +84,7 @@ def read_pixels(path: Path) -> Pixels:
 
 
 def encode_image(image: NDArray[np.uint8], suffix: str) -> bytes:
-    """Encode a grey (H, W) or RGB (H, W, 3) image for a name that ends in `suffix`, ".pgm" or ".png"."""
+    """Encode an image, grey (H, W), with alpha (H, W, 2) or RGB (H, W, 3), for the suffix ".pgm" or ".png"."""
     encoded = io.BytesIO()
     Image.fromarray(image).save(encoded, format=WRITABLE[suffix])
     return encoded.getvalue()
@@ -110,18 +127,17 @@ def _too_large(path: Path, what: str) -> MapFileError:
 
 
 def _channels(image: Image.Image) -> Pixels:
-    opaque: NDArray[np.bool_] | None = None
     if image.mode.startswith("I"):  # 16-bit grey
         values = np.asarray(image)
         if values.min() < 0 or values.max() > 65535:
             raise ValueError(f"grey values up to {values.max()}, more than 16 bit")
-        return Pixels(values.astype(np.uint16), 65535, None)
+        return Pixels(values.astype(np.uint16), 65535, ((values.astype(np.uint32) + 128) // 257).astype(np.uint8))
+    alpha: NDArray[np.uint8] | None = None
     if image.mode in ("LA", "RGBA", "PA") or "transparency" in image.info:
         image = image.convert("LA" if image.mode in ("L", "LA") else "RGBA")
-        alpha = np.asarray(image.getchannel("A"))
-        opaque = None if alpha.all() else alpha > 0
-    grey = image.convert("L") if image.mode in ("1", "L", "LA") else image.convert("RGB")
-    array = np.asarray(grey, np.uint8)
-    if array.ndim == 2:
-        return Pixels(array.astype(np.uint16), 255, opaque)
-    return Pixels(array.sum(axis=2, dtype=np.uint16), 765, opaque)
+        alpha = np.asarray(image.getchannel("A"), np.uint8)
+    luma = np.asarray(image.convert("RGB").convert("L") if image.mode == "RGBA" else image.convert("L"), np.uint8)
+    if image.mode in ("1", "L", "LA"):
+        return Pixels(luma.astype(np.uint16), OPAQUE, luma, alpha)
+    colours = np.asarray(image.convert("RGB"), np.uint8)
+    return Pixels(colours.sum(axis=2, dtype=np.uint16), 3 * OPAQUE, luma, alpha)

@@ -9,18 +9,18 @@ from typing import NamedTuple
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
+from rectmerge.dialects import UNKNOWN_GREY, WHITE, Dialect, Legend, grey_levels, occupancy_table, read_cells
 from rectmerge.errors import InputError, MapFileError
-from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from rectmerge.imagefile import WRITABLE, Pixels, encode_image, read_pixels, replace_file
+from rectmerge.grid import FREE, UNKNOWN, OccupancyGrid
+from rectmerge.imagefile import OPAQUE, WRITABLE, Pixels, encode_image, read_pixels, replace_file
 from rectmerge.levels import Levels, infer_levels
-from rectmerge.mapheader import MapHeader, read_header
+from rectmerge.mapheader import read_header
 
 YAML_SUFFIXES = (".yaml", ".yml")
-FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = 254, 205, 0  # as map_saver writes them
-FULL_GREY = 255
-OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
+FREE_GREY = 254  # as map savers write it
+CARTOGRAPHERS_WORD = b"# Cartographer map"  # the second line of the images it writes
+MAP_SAVERS = Legend()  # what map_saver writes
 LOGGER = logging.getLogger("rectmerge")
 
 
@@ -53,6 +53,7 @@ def read_map(
     free: int | None = None,
     occupied: int | None = None,
     unknown: int | None = None,
+    dialect: Dialect | None = None,
     strict_thresholds: bool = False,
 ) -> OccupancyGrid:
     """Read a map: a ROS map_server YAML with its image, or a plain image.
@@ -64,6 +65,9 @@ def read_map(
         resolution is then not known (None).
     free, occupied, unknown
         Grey levels of a plain image, 0..255, where the guess of `rectmerge.levels.infer_levels` is wrong.
+    dialect
+        By whose rules the image of a YAML is read, see `rectmerge.dialects.occupancy_table`; None is "nav2", and
+        "cartographer" for an image that says it is Cartographer's.
     strict_thresholds
         Take a YAML at its word even where it turns unknown space free, see Notes.
 
@@ -74,9 +78,8 @@ def read_map(
 
     Notes
     -----
-    Follows map_server 1.17 (image_loader.cpp) in its modes trinary, scale and raw. Departs from it: an alpha channel
-    is not averaged with the colours (opaque grey 205 would turn free); in scale mode it still marks unknown cells.
-    ``resolution: null`` is read as a resolution that is not known.
+    Modes trinary, scale and raw, as nav2_map_server reads them; `rectmerge.dialects` says what its earlier versions,
+    map_server of ROS 1 and Cartographer do otherwise. ``resolution: null`` is read as a resolution that is not known.
 
     The map savers of nav2 wrote ``free_thresh: 0.25`` for years beside grey 205 for unknown, which by that threshold is
     free: (255 - 205) / 255 = 0.196. Where 205 would turn free in an image that has the savers' free grey, 254, and no
@@ -86,7 +89,7 @@ def read_map(
         return read_image(path, free=free, occupied=occupied, unknown=unknown).grid
     if any(level is not None for level in (free, occupied, unknown)):
         raise MapFileError(f"{path}: grey levels are for plain images; a YAML tells them by its thresholds")
-    return _read_yaml_map(Path(path), strict_thresholds=strict_thresholds)
+    return _read_yaml_map(Path(path), dialect, strict_thresholds=strict_thresholds)
 
 
 def read_image(
@@ -109,22 +112,28 @@ def read_image(
     return PlainMap(_checked(Path(path), OccupancyGrid(occupancy), f"read with {levels}"), levels)
 
 
-def write_map(grid: OccupancyGrid, path: str | os.PathLike[str], *, image_suffix: str = ".pgm") -> None:
-    """Write a map as map_saver does in trinary mode: the YAML `path` and an image of the same name beside it.
+def write_map(
+    grid: OccupancyGrid, path: str | os.PathLike[str], *, image_suffix: str = ".pgm", legend: Legend = MAP_SAVERS
+) -> None:
+    """Write a map as map_saver does: the YAML `path` and an image of the same name beside it.
 
     Parameters
     ----------
     grid
-        The map. A trinary map (-1, 0, 100) is read back bit for bit; other values become free, occupied or unknown.
+        The map.
     path
         A ``.yaml``; its image gets the same stem. Both appear whole, the YAML last.
     image_suffix
-        ".pgm" or ".png".
+        ".pgm" or ".png"; mode scale needs ".png" where cells are unknown.
+    legend
+        Mode, thresholds and negate of the file, such as those of a map that was read (`mapheader.read_header`).
+        In mode trinary, the default, a trinary map (-1, 0, 100) is read back bit for bit and other values become free,
+        occupied or unknown; modes scale and raw keep every value.
 
     Raises
     ------
     MapFileError
-        If the name is not a YAML's, or the files cannot be written.
+        If the name is not a YAML's, the legend has no grey for what the map holds, or the files cannot be written.
 
     Notes
     -----
@@ -136,12 +145,15 @@ def write_map(grid: OccupancyGrid, path: str | os.PathLike[str], *, image_suffix
     if image_suffix not in WRITABLE:
         raise MapFileError(f"{path}: image_suffix must be one of {', '.join(WRITABLE)}, got {image_suffix!r}")
     image = target.with_suffix(image_suffix)
-    pixels, header = encode_map(grid, image.name)
+    try:
+        pixels, header = encode_map(grid, image.name, legend)
+    except InputError as error:
+        raise MapFileError(f"{path}: {error}") from None
     replace_file(image, pixels)
     replace_file(target, header)
 
 
-def encode_map(grid: OccupancyGrid, image_name: str) -> tuple[bytes, bytes]:
+def encode_map(grid: OccupancyGrid, image_name: str, legend: Legend = MAP_SAVERS) -> tuple[bytes, bytes]:
     """Return the bytes of a map's image and of its YAML, as `write_map` writes them.
 
     Parameters
@@ -150,64 +162,64 @@ def encode_map(grid: OccupancyGrid, image_name: str) -> tuple[bytes, bytes]:
         The map.
     image_name
         What the YAML calls the image; its suffix, ".pgm" or ".png", says how it is encoded.
+    legend
+        As in `write_map`.
     """
-    grey = np.where(grid.free, FREE_GREY, np.where(grid.occupied, OCCUPIED_GREY, UNKNOWN_GREY)).astype(np.uint8)
+    pixels = grey_levels(legend)[grid.occupancy]  # -1, unknown, is the last
+    if legend.mode == "scale" and grid.unknown.any():
+        if Path(image_name).suffix != ".png":
+            raise InputError("mode scale tells unknown cells by transparency, so its image must be a .png")
+        pixels = np.dstack([pixels, np.where(grid.occupancy == UNKNOWN, 0, OPAQUE).astype(np.uint8)])
     keys = {
         "image": image_name,
-        "mode": "trinary",
+        "mode": legend.mode,
         "resolution": grid.resolution,
         "origin": list(grid.origin),
-        "negate": 0,
-        "occupied_thresh": OCCUPIED_THRESH,
-        "free_thresh": FREE_THRESH,
+        "negate": int(legend.negate),
+        "occupied_thresh": legend.occupied_thresh,
+        "free_thresh": legend.free_thresh,
     }
     note = "# resolution not known: origin is in cells\n" if grid.resolution is None else ""
     header = note + yaml.safe_dump(keys, sort_keys=False, default_flow_style=None)
-    return encode_image(grey, Path(image_name).suffix), header.encode()
+    return encode_image(pixels, Path(image_name).suffix), header.encode()
 
 
-def _read_yaml_map(path: Path, *, strict_thresholds: bool) -> OccupancyGrid:
+def _read_yaml_map(path: Path, dialect: Dialect | None, *, strict_thresholds: bool) -> OccupancyGrid:
     header = read_header(path)
     try:
         pixels = _checked_size(header.image, read_pixels(header.image))
     except MapFileError as error:
         raise MapFileError(f"{path}: its image {error}") from None
-    table = _occupancy_table(header, pixels.full)
-    if not strict_thresholds and _turns_unknown_free(header, pixels, table):
-        table[UNKNOWN_GREY] = UNKNOWN
+    dialect = dialect or _told_dialect(path, header.image)
+    keep = not strict_thresholds and _turns_unknown_free(header.legend, pixels, dialect)
+    if keep:
         LOGGER.warning(
             "%s: free_thresh %g would turn grey 205, which map savers write for unknown, into free space; it is kept "
             "unknown (--strict-thresholds obeys the file, free_thresh: 0.196 mends it)",
             path,
-            header.free_thresh,
+            header.legend.free_thresh,
         )
-    occupancy = table[pixels.values]
-    if header.mode == "scale" and pixels.opaque is not None:
-        occupancy[~pixels.opaque & (occupancy > FREE) & (occupancy < OCCUPIED)] = UNKNOWN
+    occupancy = read_cells(pixels, header.legend, dialect, keep=keep)
     grid = OccupancyGrid(occupancy, header.resolution, header.origin)
     return _checked(path, grid, "check negate, free_thresh and occupied_thresh")
 
 
-def _occupancy_table(header: MapHeader, full: int) -> NDArray[np.int8]:
-    """Return what each pixel value means, shape (full + 1,), with map_server's arithmetic."""
-    grey = np.arange(full + 1) * 255.0 / full
-    if header.negate:
-        grey = 255.0 - grey
-    if header.mode == "raw":
-        return np.where(grey <= OCCUPIED, grey, UNKNOWN).astype(np.int8)
-    occupied = (255.0 - grey) / 255.0
-    ratio = (occupied - header.free_thresh) / (header.occupied_thresh - header.free_thresh)
-    between = UNKNOWN if header.mode == "trinary" else np.clip(1 + 98 * ratio, 1, 99)
-    sure = np.where(occupied > header.occupied_thresh, OCCUPIED, FREE)
-    is_sure = (occupied > header.occupied_thresh) | (occupied < header.free_thresh)
-    return np.where(is_sure, sure, between).astype(np.int8)
+def _told_dialect(path: Path, image: Path) -> Dialect:
+    """Return the dialect that an image itself tells."""
+    with image.open("rb") as file:
+        if CARTOGRAPHERS_WORD not in file.read(len(CARTOGRAPHERS_WORD) + 8):
+            return "nav2"
+    LOGGER.info("%s: Cartographer's image: grey is read as probability (--dialect nav2 goes by thresholds)", path)
+    return "cartographer"
 
 
-def _turns_unknown_free(header: MapHeader, pixels: Pixels, table: NDArray[np.int8]) -> bool:
+def _turns_unknown_free(legend: Legend, pixels: Pixels, dialect: Dialect) -> bool:
     """Tell the known trap: the savers' grey for unknown read as free beside the grey that they write for free."""
-    if header.mode == "raw" or header.negate or pixels.full != FULL_GREY or table[UNKNOWN_GREY] != FREE:
+    if legend.mode == "raw" or legend.negate or dialect == "cartographer":
         return False
-    is_there = np.bincount(pixels.values.ravel(), minlength=FULL_GREY + 1) > 0
+    if occupancy_table(legend, dialect)[UNKNOWN_GREY] != FREE:
+        return False
+    is_there = np.bincount(pixels.luma.ravel(), minlength=WHITE + 1) > 0
     is_level = not is_there[[UNKNOWN_GREY - 1, UNKNOWN_GREY + 1]].any()  # and no shade among others
     return bool(is_there[UNKNOWN_GREY] and is_there[FREE_GREY] and is_level)
 

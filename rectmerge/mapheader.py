@@ -6,15 +6,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any
 
 import yaml
 
-from rectmerge.errors import MapFileError
+from rectmerge.dialects import Legend
+from rectmerge.errors import InputError, MapFileError
 from rectmerge.imagefile import require_file
 
 MAX_YAML_BYTES = 65_536
-Mode = Literal["trinary", "scale", "raw"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,10 +24,7 @@ class MapHeader:
     image: Path
     resolution: float | None
     origin: tuple[float, float, float]
-    negate: bool
-    occupied_thresh: float
-    free_thresh: float
-    mode: Mode
+    legend: Legend
 
 
 def read_header(path: Path) -> MapHeader:
@@ -61,19 +58,20 @@ def read_header(path: Path) -> MapHeader:
     if negate not in (0, 1, "0", "1"):
         raise MapFileError(f"{path}: negate must be 0 or 1, got {_short(negate)}")
     occupied_thresh, free_thresh = (_number(path, keys, key) for key in ("occupied_thresh", "free_thresh"))
-    if not 0 <= free_thresh < occupied_thresh <= 1:
-        raise MapFileError(
-            f"{path}: thresholds must satisfy 0 <= free_thresh < occupied_thresh <= 1, "
-            f"got {free_thresh:g} and {occupied_thresh:g}; map_saver writes 0.196 and 0.65"
+    try:
+        legend = Legend(
+            negate=bool(int(negate)),
+            occupied_thresh=occupied_thresh,
+            free_thresh=free_thresh,
+            mode=mode,
         )
+    except InputError as error:
+        raise MapFileError(f"{path}: {error}") from None
     return MapHeader(
         image=path.parent / image,
         resolution=_resolution(path, keys),
         origin=_origin(path, keys),
-        negate=bool(int(negate)),
-        occupied_thresh=occupied_thresh,
-        free_thresh=free_thresh,
-        mode=cast(Mode, mode),
+        legend=legend,
     )
 
 

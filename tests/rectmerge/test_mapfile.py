@@ -123,7 +123,7 @@ def test_other_files_are_taken_at_their_word(tmp_path, caplog, pixels, changes):
 
 @pytest.mark.parametrize(("grey", "cell"), [(205, -1), (206, 0), (89, 100), (90, -1)])
 def test_thresholds_cut_exactly_where_map_server_cuts(tmp_path, grey, cell):
-    # occupied if (255 - grey) / 255 > 0.65, that is grey < 89.25; free if < 0.196, that is grey > 205.02
+    # occupied if (255 - grey) / 255 >= 0.65, that is grey <= 89.25; free if <= 0.196, that is grey >= 205.02
     grid = read_map(write(tmp_path, image=b"P5 2 2 255\n" + bytes([254, 254, 254, grey])))
 
     assert grid.occupancy[1, 1] == cell
@@ -139,13 +139,27 @@ def test_scale_mode_grades_what_lies_between_the_thresholds(tmp_path):
     path = write(tmp_path, image=b"P5 2 2 255\n" + bytes([255, 0, 127, 255]), mode="scale", free_thresh=0.0)
     occupied = (255 - 127) / 255
 
-    assert read_map(path).occupancy.tolist() == [[1, 100], [int(1 + 98 * occupied / 0.65), 1]]
+    assert read_map(path).occupancy.tolist() == [[0, 100], [round(100 * occupied / 0.65), 0]]
+    assert read_map(path, dialect="ros1").occupancy.tolist() == [[1, 100], [int(1 + 98 * occupied / 0.65), 1]]
 
 
 def test_raw_mode_takes_greys_as_occupancy(tmp_path):
     path = write(tmp_path, image=b"P5 2 2 255\n" + bytes([0, 100, 40, 255]), mode="raw")
 
     assert read_map(path).occupancy.tolist() == [[0, 100], [40, -1]]
+
+
+CARTOGRAPHERS = b"P5\n# Cartographer map; 0.05 m/pixel\n3 2\n255\n" + bytes([128, 90, 128, 160, 145, 128])
+
+
+def test_cartographers_image_is_read_by_its_own_rules_unless_told_otherwise(tmp_path, caplog):
+    path = write(tmp_path, image=CARTOGRAPHERS)
+    caplog.set_level("INFO", logger="rectmerge")
+
+    assert read_map(path).occupancy.tolist() == [[-1, 100, -1], [0, 0, -1]]
+    assert "Cartographer" in caplog.text
+    with pytest.raises(MapFileError, match="all cells are unknown"):  # by map_saver's thresholds nearly all is unknown
+        read_map(path, dialect="nav2")
 
 
 def test_the_image_is_looked_for_beside_the_yaml(tmp_path, monkeypatch):
