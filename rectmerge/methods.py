@@ -8,7 +8,7 @@ import math
 import time
 from collections.abc import Mapping
 from importlib.metadata import EntryPoint, entry_points
-from typing import Literal, cast, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Literal, Protocol, cast, get_args, get_origin, get_type_hints
 
 import cattrs
 import numpy as np
@@ -16,12 +16,46 @@ import numpy as np
 from rectmerge.alignment import Alignment, Method, ScaleReport, ScaleSource
 from rectmerge.errors import InputError, MethodError
 from rectmerge.grid import OccupancyGrid
+from rectmerge.similarity import Similarity
+
+if TYPE_CHECKING:
+    from rectmerge.robust.hints import Hint
 
 GROUP = "rectmerge.methods"
 DEFAULT_METHOD = "robust"
 FREE_SCALE = (0.5, 2.0)
 EXPECTED_WITHIN = 0.10  # resolutions are trusted to this share first
 Scale = Literal["auto", "free"] | tuple[float, float] | float
+
+
+class TakesHints(Method, Protocol):
+    """A method that can be told something of the placement."""
+
+    def align_by(
+        self,
+        hint: Hint | None,
+        a: OccupancyGrid,
+        b: OccupancyGrid,
+        *,
+        scale: tuple[float, float],
+        rng: np.random.Generator,
+    ) -> Alignment:
+        """Align with a hint."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Hinted:
+    solver: TakesHints
+    hint: Hint
+
+    @property
+    def name(self) -> str:
+        return self.solver.name
+
+    def align(
+        self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
+    ) -> Alignment:
+        return self.solver.align_by(self.hint, a, b, scale=scale, rng=rng)
 
 
 @functools.cache
@@ -71,6 +105,7 @@ def align(
     method: str | Method = DEFAULT_METHOD,
     scale: Scale = "auto",
     seed: int = 0,
+    guess: tuple[float, float, float] | None = None,
 ) -> Alignment:
     """Find the similarity that takes map B into map A, or say why there is none.
 
@@ -86,13 +121,68 @@ def align(
         ``(lo, hi)``: between these. A number: this.
     seed
         Same maps and seed, same answer.
+    guess
+        About where B lies: (x, y, yaw) of the origin of B's map frame in A's, in its map units and radians; see
+        `rectmerge.robust.hints.Guess`. The default method takes one.
 
     Raises
     ------
     InputError
-        If the method or the scale cannot be used.
+        If the method or the scale cannot be used, or the method takes no guess.
     """
     solver = make_method(method) if isinstance(method, str) else method
+    if guess is not None:
+        from rectmerge.robust.hints import Guess
+
+        if not all(map(math.isfinite, guess)):
+            raise InputError(f"guess must be three finite numbers (x, y, yaw), got {guess}")
+        solver = _hinted(solver, Guess(a, b, *guess))
+    return _answer(solver, a, b, scale, seed)
+
+
+def check(
+    a: OccupancyGrid,
+    b: OccupancyGrid,
+    pixels: Similarity,
+    *,
+    method: str | Method = DEFAULT_METHOD,
+    scale: Scale = "auto",
+    seed: int = 0,
+) -> Alignment:
+    """Judge a placement that somebody made: the same verdict, on the best placement beside it, against all others.
+
+    Parameters
+    ----------
+    a, b
+        The two maps.
+    pixels
+        The placement, from B's pixels to A's.
+    method, scale, seed
+        As in `align`: what the other placements are found by. The placement itself may lie outside the scale's bounds.
+
+    Returns
+    -------
+    Alignment
+        The first candidate is the given placement, made exact; the others are what the search found elsewhere.
+
+    Raises
+    ------
+    InputError
+        If the method or the scale cannot be used, or the method judges no placement.
+    """
+    from rectmerge.robust.hints import ByHand
+
+    solver = make_method(method) if isinstance(method, str) else method
+    return _answer(_hinted(solver, ByHand(pixels)), a, b, scale, seed)
+
+
+def _hinted(solver: Method, hint: Hint) -> Method:
+    if not hasattr(solver, "align_by"):
+        raise InputError(f"method {solver.name!r} takes neither a guess nor a placement; {DEFAULT_METHOD!r} does")
+    return _Hinted(cast("TakesHints", solver), hint)
+
+
+def _answer(solver: Method, a: OccupancyGrid, b: OccupancyGrid, scale: Scale, seed: int) -> Alignment:
     expected = None if a.resolution is None or b.resolution is None else b.resolution / a.resolution
     started = time.perf_counter()
     for name, grid in (("A", a), ("B", b)):

@@ -19,6 +19,7 @@ from rectmerge.robust.features import (
     QUARTER_TURN_DEG,
     rectangles_in_frame,
 )
+from rectmerge.robust.hints import Hint
 from rectmerge.robust.model import bent_handicap
 from rectmerge.robust.reading import ReadMap
 from rectmerge.robust.refinement import RIVAL_POINTS, SURFACE_POINTS, Fit, Surface, fit_surfaces, to_pixels
@@ -31,6 +32,7 @@ REFINED_BEYOND = 0.05  # refinement may leave the bounds of the scale by this sh
 AT_LIMIT = 1e-4  # a scale this close to a widened bound, as a share, was stopped there
 WEAK_CONTRAST = 0.6  # a map whose walls pile up less than this in any direction may have none that dominates
 ALL_ROUND_STEP_DEG = 5  # between the frames that are tried then
+BETTER_BY = 1.0  # log-odds by which another placement than the hinted one is better
 MIRRORED_BY = 3.0  # log-odds by which a mirror image fits better before the maps are called mirrored
 _Answer = tuple[Fit, Agreement, Evidence]
 
@@ -81,6 +83,18 @@ class Robust:
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
         """Place B on A; `scale` bounds the pixel scale (cells of A per cell of B)."""
+        return self.align_by(None, a, b, scale=scale, rng=rng)
+
+    def align_by(
+        self,
+        hint: Hint | None,
+        a: OccupancyGrid,
+        b: OccupancyGrid,
+        *,
+        scale: tuple[float, float],
+        rng: np.random.Generator,
+    ) -> Alignment:
+        """Place B on A as `align` does, with what somebody knows of the placement."""
         maps = self._read(a), self._read(b)
         quality = {name: map_.quality.as_dict() for name, map_ in zip("ab", maps, strict=True)}
         for name, map_ in zip("AB", maps, strict=True):
@@ -92,14 +106,19 @@ class Robust:
         fixed, moving = maps[::-1] if swapped else maps
         bounds = (1 / scale[1], 1 / scale[0]) if swapped else scale
         search, ranking, stage = self._search(fixed, moving, bounds, rng)
+        unaided = ranking.best
+        if hint is not None:
+            ranking = hint.steer(search, ranking, is_swapped=swapped)
         if len(ranking) == 0:
             reason = "no placement of one map on the other at a scale within bounds"
             return Alignment(verdict="rejected", reason=reason, method=self.name, quality=quality)
         answers = self._exact(search, ranking, fixed, moving, bounds)
         is_mirrored = False
         if not answers[0][2].is_sure:
-            answers, is_mirrored = self._beside_mirror_image(answers, fixed, moving, bounds, rng, stage)
+            answers, is_mirrored = self._beside_mirror_image(answers, unaided, fixed, moving, bounds, rng, stage)
         verdict, reason = self._verdict(answers[0][2], is_mirrored, maps)
+        if verdict != "accepted" and hint is not None and unaided > answers[0][2].plausibility + BETTER_BY:
+            reason = hint.better_elsewhere
         candidates = tuple(
             _candidate(fit.inverse() if swapped else fit, agreement, evidence, a, b)
             for fit, agreement, evidence in answers
@@ -185,6 +204,7 @@ class Robust:
     def _beside_mirror_image(
         self,
         answers: list[_Answer],
+        unaided: float,
         fixed: ReadMap,
         moving: ReadMap,
         scale: tuple[float, float],
@@ -200,9 +220,10 @@ class Robust:
         _, ranking, _ = self._search(fixed, flipped, scale, rng, last_stage)
         if len(ranking) == 0:
             return answers, False
-        decoy = float(ranking.plausibility[0])
+        decoy = ranking.best
         weighed = [(fit, agreement, dataclasses.replace(evidence, decoy=decoy)) for fit, agreement, evidence in answers]
-        return weighed, _convinces(ranking) and decoy > answers[0][2].plausibility + MIRRORED_BY
+        best = max(unaided, answers[0][2].plausibility)
+        return weighed, _convinces(ranking) and decoy > best + MIRRORED_BY
 
 
 def _against_rivals(search: Search, ranking: Ranking) -> Ranking:

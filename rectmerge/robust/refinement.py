@@ -13,6 +13,7 @@ from rectmerge._kernels.placements import invert
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.cells import MapCells
 from rectmerge.robust.features import Features
+from rectmerge.similarity import Similarity
 
 BROAD = (16.0, 12.0, 8.0, 8.0)  # working cells
 FINE = (6.0, 6.0, 4.0, 4.0, 3.0, 3.0)
@@ -62,6 +63,13 @@ def to_pixels(placement: NDArray[np.float64], a: Features, b: Features) -> NDArr
     linear = np.array([[placement[0], -placement[1]], [placement[1], placement[0]]])
     shift = (linear @ b.offset + placement[2:] - a.offset) * a.factor
     return np.array([*(placement[:2] * a.factor / b.factor), *shift])
+
+
+def to_working(pixels: Similarity, a: Features, b: Features) -> NDArray[np.float64]:
+    """Undo `to_pixels`: turn a placement between the pixels of the maps into one between working grids, (4,)."""
+    linear = pixels.matrix[:, :2] * (b.factor / a.factor)
+    shift = pixels.matrix[:, 2] / a.factor + a.offset - linear @ b.offset
+    return np.array([linear[0, 0], linear[1, 0], *shift])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

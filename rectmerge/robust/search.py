@@ -60,6 +60,11 @@ class Ranking(Weights):
     def __len__(self) -> int:
         return len(self.placements)
 
+    @property
+    def best(self) -> float:
+        """The highest plausibility, minus infinity where there is no placement."""
+        return float(self.plausibility[0]) if len(self) else -math.inf
+
     def at(self, which: int) -> dict[str, float]:
         """Return what speaks for one placement, by name."""
         names = [field.name for field in fields(self) if field.name != "placements"]
@@ -102,10 +107,7 @@ class Search:
     def by_rectangles(self, frames_a: Sequence[Frame], frames_b: Sequence[Frame]) -> NDArray[np.float64]:
         """Refine the best of the placements that pairs of rectangles propose, shape (N, 4)."""
         hypotheses = propose(frames_a, frames_b, self.scale_bounds)
-        if len(hypotheses) == 0:
-            return np.empty((0, 4))
-        judge = self._judge(SEARCH_NOISE)
-        return self._refined(judge, self._screen(judge, hypotheses))
+        return self.near(hypotheses) if len(hypotheses) else np.empty((0, 4))
 
     def by_correlation(self, angles_a: Sequence[float], angles_b: Sequence[float]) -> NDArray[np.float64]:
         """Refine the best of all shifts, at every scale, that lay a direction of B on one of A, shape (N, 4)."""
@@ -118,6 +120,11 @@ class Search:
         turn, scale = math.atan2(placement[1], placement[0]), math.hypot(placement[0], placement[1])
         pair = Sides.of(self.a, self.angle), Sides.of(self.b, self.angle - turn)
         return self._best_shifts([pair], np.array([scale]), RIVALS, 4 * RIVALS)
+
+    def near(self, starts: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Refine the best of some placements, shape (N, 4)."""
+        judge = self._judge(SEARCH_NOISE)
+        return self._refined(judge, self._screen(judge, starts))
 
     def rank(self, fits: NDArray[np.float64]) -> Ranking:
         """Give each fit, shape (N, 4), its most plausible form, as rigid or bent maps, and rank them."""
