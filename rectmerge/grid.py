@@ -121,6 +121,13 @@ class OccupancyGrid:
         return Similarity(self.cell_size, yaw, x, y)
 
 
+def unusable(grid: OccupancyGrid) -> str:
+    """Say why nothing can be aligned with a map that was read; empty where it has free cells."""
+    if grid.free.any():
+        return ""
+    return "all cells are unknown" if grid.unknown.all() else "no cell is free"
+
+
 def pixels_to_map_frame(pixels: Similarity, a: OccupancyGrid, b: OccupancyGrid) -> Similarity:
     """Turn the pixel similarity from B's image to A's into `b_to_a` between their map frames."""
     scale = pixels.scale * a.cell_size / b.cell_size

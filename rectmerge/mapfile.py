@@ -1,4 +1,4 @@
-"""Map files: ROS map_server YAML with its PGM or PNG, and plain images whose grey levels are inferred."""
+"""Map files: ROS map_server YAML with its PGM or PNG, maps in bags, and plain images with inferred grey levels."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 import yaml
 
+from rectmerge.bagfile import bag_files, is_bag, read_bag_map
 from rectmerge.dialects import UNKNOWN_GREY, WHITE, Dialect, Legend, grey_levels, occupancy_table, read_cells
 from rectmerge.errors import InputError, MapFileError
-from rectmerge.grid import FREE, UNKNOWN, OccupancyGrid
+from rectmerge.grid import FREE, UNKNOWN, OccupancyGrid, unusable
 from rectmerge.imagefile import OPAQUE, WRITABLE, Pixels, encode_image, read_pixels, replace_file
 from rectmerge.levels import Levels, infer_levels
 from rectmerge.mapheader import read_header
@@ -37,13 +38,15 @@ def is_yaml(path: str | os.PathLike[str]) -> bool:
 
 
 def map_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
-    """Return the files that a map is read from: a YAML and its image, or the plain image alone.
+    """Return the files that a map is read from: a YAML and its image, a bag's, or the plain image alone.
 
     Raises
     ------
     MapFileError
         If a YAML cannot be read.
     """
+    if is_bag(path):
+        return bag_files(path)
     return (Path(path), read_header(Path(path)).image) if is_yaml(path) else (Path(path),)
 
 
@@ -56,13 +59,13 @@ def read_map(
     dialect: Dialect | None = None,
     strict_thresholds: bool = False,
 ) -> OccupancyGrid:
-    """Read a map: a ROS map_server YAML with its image, or a plain image.
+    """Read a map: a ROS map_server YAML with its image, a plain image, or the newest map on a topic of a ROS bag.
 
     Parameters
     ----------
     path
         A ``.yaml`` or ``.yml``, or an image. An image is read by itself, even if a YAML lies beside it: its
-        resolution is then not known (None).
+        resolution is then not known (None). Or ``run.mcap:/robot1/map``, as `rectmerge.bagfile.read_bag_map` has it.
     free, occupied, unknown
         Grey levels of a plain image, 0..255, where the guess of `rectmerge.levels.infer_levels` is wrong.
     dialect
@@ -85,10 +88,13 @@ def read_map(
     free: (255 - 205) / 255 = 0.196. Where 205 would turn free in an image that has the savers' free grey, 254, and no
     shades beside 205, it stays unknown, and the logger `rectmerge` warns.
     """
-    if not is_yaml(path):
+    if not is_yaml(path) and not is_bag(path):
         return read_image(path, free=free, occupied=occupied, unknown=unknown).grid
     if any(level is not None for level in (free, occupied, unknown)):
-        raise MapFileError(f"{path}: grey levels are for plain images; a YAML tells them by its thresholds")
+        how = "a YAML tells them by its thresholds" if is_yaml(path) else "a bag holds cells"
+        raise MapFileError(f"{path}: grey levels are for plain images; {how}")
+    if is_bag(path):
+        return read_bag_map(path)
     return _read_yaml_map(Path(path), dialect, strict_thresholds=strict_thresholds)
 
 
@@ -233,7 +239,6 @@ def _checked_size(path: Path, pixels: Pixels) -> Pixels:
 
 def _checked(path: Path, grid: OccupancyGrid, remedy: str) -> OccupancyGrid:
     """Refuse a map that nothing can be aligned with."""
-    if not grid.free.any():
-        what = "all cells are unknown" if grid.unknown.all() else "no cell is free"
-        raise MapFileError(f"{path}: {what}; {remedy}")
+    if why := unusable(grid):
+        raise MapFileError(f"{path}: {why}; {remedy}")
     return grid
