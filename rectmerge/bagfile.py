@@ -114,7 +114,7 @@ def _opened(file: Path) -> Iterator[_Bag]:
         from rosbags import rosbag1, rosbag2
         from rosbags.typesys import Stores, get_typestore
 
-        broken = (*BROKEN, *_bag_errors())
+        broken: tuple[type[Exception], ...] = (*BROKEN, *_bag_errors())
     except ImportError:
         raise MapFileError(f"{file}: bags are read with rosbags: {INSTALL}") from None
     is_first = file.suffix == ".bag" and not file.is_dir()

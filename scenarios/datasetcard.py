@@ -84,8 +84,10 @@ checksums and truth.
 | `resolution_a`, `resolution_b` | metres per cell; hidden from methods where there is no YAML |
 | `identifiable_margin`, `identifiable` | by how much the truth beats all other placements on exact maps; >= 0.25 |
 | `world` | the building at 5 cm per cell, a ROS map |
-| `noise`, `pose_source`, `bent`, ... | how the maps were made; empty where there is nothing to tell |
+{bag}| `noise`, `pose_source`, `bent`, ... | how the maps were made; empty where there is nothing to tell |
 """
+
+BAG = "| `bag` | the mission as a ROS bag: growing maps, scans, odometry; empty of mirrored pairs |\n"
 
 
 def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> str:
@@ -102,6 +104,8 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
     """
     splits: Mapping[str, Mapping[str, int]] = info["splits"]
     command = f"rectbench generate {info['suite']} -o {folder} --seed {info['seed']}"
+    has_bags = info.get("format") == "mcap"
+    command += " --format mcap" if has_bags else ""
     title = str(info.get("title") or info["suite"])
     return TEXT.format(
         title=title,
@@ -113,6 +117,7 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
         split=sample.partition("/")[0],
         command=command if info["pairs"] is None else f"{command} --pairs {info['pairs']}",
         splits="\n".join(f"| {name} | {told['pairs']} | {told['related']} |" for name, told in splits.items()),
+        bag=BAG if has_bags else "",
         failed=len(info["failed"]),
         discarded=info["discarded"]["count"],
         folder=folder,

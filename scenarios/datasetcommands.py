@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -13,12 +13,18 @@ from rectmerge.console import Debug, Quiet
 from rectmerge.errors import InputError
 from scenarios.terminal import progress
 
+if TYPE_CHECKING:
+    from scenarios.generate import Form
+
 
 def generate(
     name: Annotated[str, typer.Argument(metavar="SUITE", help="A suite's name or file.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DATASET", help="Folder for the data set.")],
     pairs: Annotated[int | None, typer.Option(min=1, help="The first so many pairs; further seeds beyond all.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Another seed makes other buildings.")] = 0,
+    form: Annotated[
+        str, typer.Option("--format", metavar="files|mcap", help="mcap: each pair's mission as a ROS bag, too.")
+    ] = "files",
     workers: Annotated[int | None, typer.Option(min=1, help="Worker processes; 1 works in this process.")] = None,
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Work on this dask cluster, as in tcp://host:8786.")
@@ -42,7 +48,9 @@ def generate(
         raise InputError("--workers and --cluster exclude each other")
     suite = load_suite(name)
     total = pairs or sum(job.count for job in plan(suite, seed=seed))
-    making = functools.partial(generate_suite, suite, output, pairs=pairs, seed=seed, force=force)
+    making = functools.partial(
+        generate_suite, suite, output, pairs=pairs, seed=seed, form=cast("Form", form), force=force
+    )
     try:
         with workplace(workers or 1, cluster) as (executor, in_flight), progress(total, quiet) as advance:
             info = making(executor=executor, in_flight=in_flight, on_done=lambda count: advance(count, "pairs"))

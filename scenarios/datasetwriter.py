@@ -21,9 +21,9 @@ from scenarios.outputs import write_json
 from scenarios.packing import Package
 
 INFO, JOURNAL = "dataset_info.json", "unfinished.jsonl"
-FOLDERS = ("", *(f"{split}/{inner}" for split in SPLITS for inner in ("", "maps/", "worlds/")))
+FOLDERS = ("", *(f"{split}/{inner}" for split in SPLITS for inner in ("", "maps/", "worlds/", "bags/*/")))
 OWN = (  # what --force clears, and nothing else
-    *(f"{folder}*{suffix}" for folder in FOLDERS[1:] for suffix in (".png", ".yaml", METADATA)),
+    *(f"{folder}*{suffix}" for folder in FOLDERS[1:] for suffix in (".png", ".yaml", ".mcap", METADATA)),
     *(CARD, PICTURE, INFO),
 )
 

@@ -243,7 +243,7 @@ def _no_interrupts() -> Iterator[None]:
 
 def describe_machine(command: str = "") -> dict[str, Any]:
     """Describe what figures of speed depend on: processor, cores, system, versions, the code's commit, the command."""
-    packages = ("rectmerge", "numpy", "opencv-python-headless", "numba", "pybullet")
+    packages = ("rectmerge", "numpy", "opencv-python-headless", "numba", "pybullet", "rosbags")
     return {
         "processor": _processor(),
         "cores": os.cpu_count(),

@@ -8,19 +8,23 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import count
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol, get_args
 
 from rectmerge.errors import InputError
 from rectmerge.resultfolder import to_json
+from scenarios.bagwriter import require_rosbags
 from scenarios.datasetwriter import DataSetWriter, finished_info
 from scenarios.executors import IN_FLIGHT, WorkerDiedError, completed, describe_machine
 from scenarios.limits import MAKING, Limits
-from scenarios.packing import Package, make_within
+from scenarios.packing import Explorer, Package, make_within
 from scenarios.pairs import PairSource
 from scenarios.scenario import Seeds
 
 SCHEMA = "rectmerge.dataset/1"
 SEED_STRIDE = 1_000_000  # seeds of a suite between two seeds of data sets
+
+
+Form = Literal["files", "mcap"]
 
 
 class PairSuite(Protocol):
@@ -50,6 +54,7 @@ class Job:
     first: int
     count: int
     limits: Limits = MAKING
+    form: Form = "files"
 
 
 def generate(
@@ -58,6 +63,7 @@ def generate(
     *,
     pairs: int | None = None,
     seed: int = 0,
+    form: Form = "files",
     executor: Executor | None = None,
     in_flight: int = IN_FLIGHT,
     force: bool = False,
@@ -75,6 +81,8 @@ def generate(
         As many of the suite's pairs, from the first on; when they run out it goes on with further seeds. None is all.
     seed
         Of the data set: adds a million times as much to every seed of the suite, so two data sets share no building.
+    form
+        "mcap" also writes the mission of every pair as a ROS bag, which takes suites of simulated missions.
     executor
         Where the pairs are made; None is this process.
     in_flight
@@ -92,24 +100,43 @@ def generate(
     Raises
     ------
     InputError
-        If the folder holds something else, cannot be written, or no pair came to be.
+        If the folder holds something else, cannot be written, no pair came to be, or bags cannot be written.
 
     Notes
     -----
     The files are the same, byte for byte, whatever the executor and however often it was interrupted. A pair that could
     not be made is told in ``dataset_info.json`` with the reason.
     """
-    identity = identity_of(suite, pairs=pairs, seed=seed)
+    check_form(suite, form)
+    identity = identity_of(suite, pairs=pairs, seed=seed, form=form)
     if not force and (info := finished_info(out)) and all(info.get(key) == identity[key] for key in identity):
         on_done(sum(part["pairs"] for part in info["splits"].values()) + len(info["failed"]))
         return info
     with DataSetWriter(out, identity, force=force) as writer:
         on_done(sum(writer.done.values()))
-        jobs = plan(suite, pairs=pairs, seed=seed)
+        jobs = plan(suite, pairs=pairs, seed=seed, form=form)
         for package in _packages(executor, in_flight, (job for job in jobs if job.source.source_id not in writer.done)):
             writer.write(package)
             on_done(len(package.rows) + len(package.failed))
         return writer.finish({"title": suite.title, "description": suite.description})
+
+
+def check_form(suite: PairSuite, form: Form) -> None:
+    """Refuse bags where they cannot be written.
+
+    Raises
+    ------
+    InputError
+        If there is no such form, rosbags is not installed, or a source of the suite runs no mission.
+    """
+    if form not in get_args(Form):
+        raise InputError(f"format must be one of {', '.join(get_args(Form))}, got {form!r}")
+    if form == "files":
+        return
+    require_rosbags()
+    for source in suite.sources():
+        if not isinstance(source, Explorer):
+            raise InputError(f"{suite.name}: {source.source_id} runs no mission, so there is no bag of it to write")
 
 
 def told(info: Mapping[str, Any], *, as_json: bool = False) -> str:
@@ -121,7 +148,7 @@ def told(info: Mapping[str, Any], *, as_json: bool = False) -> str:
     return "\n".join([*failed, f"{splits}; {len(failed)} could not be made; {len(info['checksums'])} files"])
 
 
-def plan(suite: PairSuite, *, pairs: int | None = None, seed: int = 0) -> Iterator[Job]:
+def plan(suite: PairSuite, *, pairs: int | None = None, seed: int = 0, form: Form = "files") -> Iterator[Job]:
     """Yield what is to be made, in the order in which it is numbered.
 
     Raises
@@ -136,7 +163,8 @@ def plan(suite: PairSuite, *, pairs: int | None = None, seed: int = 0) -> Iterat
         if pairs is not None and first >= pairs:
             return
         most = len(source.pair_ids)
-        yield Job(source=source, first=first, count=most if pairs is None else min(most, pairs - first))
+        wanted = most if pairs is None else min(most, pairs - first)
+        yield Job(source=source, first=first, count=wanted, form=form)
         first += most
 
 
@@ -177,7 +205,7 @@ def _parts(value: Any) -> dict[str, Any]:
     return {f.name: getattr(value, f.name) for f in fields(value)}
 
 
-def identity_of(suite: PairSuite, *, pairs: int | None, seed: int) -> dict[str, Any]:
+def identity_of(suite: PairSuite, *, pairs: int | None, seed: int, form: Form = "files") -> dict[str, Any]:
     """Return what the bytes of a data set depend on, as plain data."""
     machine = describe_machine()
     versions = {"python": machine["python"], **machine["packages"], "commit": machine["commit"]}
@@ -188,6 +216,7 @@ def identity_of(suite: PairSuite, *, pairs: int | None, seed: int) -> dict[str, 
         "suite_sha256": content,
         "seed": seed,
         "pairs": pairs,
+        "format": form,
         "versions": versions,
     }
 
@@ -204,4 +233,4 @@ def _packages(executor: Executor | None, in_flight: int, jobs: Iterable[Job]) ->
 
 
 def _do(job: Job) -> Package:
-    return make_within(job.limits, job.source, job.first, job.count).package
+    return make_within(job.limits, job.source, job.first, job.count, bags=job.form == "mcap").package

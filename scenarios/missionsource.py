@@ -12,7 +12,8 @@ import numpy as np
 
 from rectmerge.errors import SimulationError
 from scenarios.identifiability import LEAST_MARGIN, identifiable_margin
-from scenarios.pairs import Explored, MapPair, make_pair, make_unrelated_pair
+from scenarios.pairs import Explored, MadeFrom, MapPair, make_pair, make_unrelated_pair
+from scenarios.placement import MapSpec
 from scenarios.scenariospec import UNRELATED, Scenario, Variant
 from scenarios.unrelated import unrelated_log
 from sim.floorplans import make_world
@@ -94,12 +95,17 @@ class MissionSource:
         """
         pairs: list[MapPair] = []
         failed: dict[str, str] = {}
+        made_from: dict[str, MadeFrom] = {}
         for variant, noise in self._ways():
             try:
-                pairs.append(self._told(*self._pair(log, variant, noise), variant))
+                cut, pair = self._pair(log, variant, noise)
+                pairs.append(self._told(cut, pair, variant))
+                if self.scenario.kind != "mirrored":
+                    spec_a, spec_b = self._specs(variant)
+                    made_from[pair.pair_id] = MadeFrom(log=cut, spec_a=spec_a, spec_b=spec_b)
             except SimulationError as error:
                 failed[self._pair_id(variant, noise)] = str(error)
-        return Explored(log=log, pairs=tuple(pairs), failed=failed)
+        return Explored(log=log, pairs=tuple(pairs), failed=failed, made_from=made_from)
 
     def pairs_of(self, log: MissionLog) -> Iterator[MapPair]:
         """Give the pairs of a mission that has been run.
@@ -160,14 +166,16 @@ class MissionSource:
             raise SimulationError(f"the finished maps have {shown}, wanted was {wanted:.2f}")
         return log, pair
 
+    def _specs(self, variant: Variant | None) -> tuple[MapSpec, MapSpec]:
+        return (self.scenario.a, self.scenario.b) if variant is None else (variant.a, variant.b)
+
     def _made(self, log: MissionLog, variant: Variant | None, noise: int) -> MapPair:
-        specs = (self.scenario.a, self.scenario.b) if variant is None else (variant.a, variant.b)
         make: Callable[..., MapPair] = make_pair
         if self.scenario.kind in UNRELATED:
             make = functools.partial(make_unrelated_pair, is_mirrored=self.scenario.kind == "mirrored")
         return make(
             log,
-            *specs,
+            *self._specs(variant),
             self._seed("pair"),
             noise=noise,
             pair_id=self._pair_id(variant, noise),

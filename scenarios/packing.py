@@ -20,9 +20,10 @@ from rectmerge.levels import infer_levels
 from rectmerge.mapfile import encode_map
 from rectmerge.resultfolder import plain
 from scenarios.attempts import Attempt, attempt
+from scenarios.bagwriter import encode_bag
 from scenarios.dataset import SPLITS
 from scenarios.limits import Limits, call_within
-from scenarios.pairs import Explored, MapPair, PairSource
+from scenarios.pairs import Explored, MadeFrom, MapPair, PairSource
 from scenarios.score import Outcome
 from scenarios.truth import control_point_rmse
 from sim.missionlog import MissionLog
@@ -86,19 +87,21 @@ class Made:
     log: str | None = None
 
 
-def make_within(limits: Limits, source: PairSource, first: int | None, count: int | None = None) -> Made:
+def make_within(
+    limits: Limits, source: PairSource, first: int | None, count: int | None = None, *, bags: bool = False
+) -> Made:
     """Make the pairs of a source; where that takes a mission, in a child process, which is killed if it takes too much.
 
     Parameters
     ----------
     limits
         What a mission and its pairs may take.
-    source, first, count
+    source, first, count, bags
         As `make` has them.
     """
     if not isinstance(source, Explorer):
-        return make(source, first, count)
-    tried = call_within(limits, functools.partial(make, source, first, count), does="makes pairs")
+        return make(source, first, count, bags=bags)
+    tried = call_within(limits, functools.partial(make, source, first, count, bags=bags), does="makes pairs")
     return tried.value or lost(source, tried, count)
 
 
@@ -109,7 +112,7 @@ def lost(source: PairSource, tried: Attempt[Any], count: int | None = None) -> M
     return Made(package=package, failure=tried.failure or "error", log=tried.log)
 
 
-def make(source: PairSource, first: int | None, count: int | None = None) -> Made:
+def make(source: PairSource, first: int | None, count: int | None = None, *, bags: bool = False) -> Made:
     """Make the pairs of a source and pack them; what cannot be made is told in `failed`, and the rest is kept.
 
     Parameters
@@ -120,31 +123,47 @@ def make(source: PairSource, first: int | None, count: int | None = None) -> Mad
         The number of its first pair, after which files are named; None is nothing to be kept.
     count
         How many of its pairs are wanted; None is all.
+    bags
+        Whether a pair is kept as a ROS bag, too; only of missions.
     """
     pairs: list[MapPair] = []
     package = Package(source_id=source.source_id)
-    tried = attempt(functools.partial(_make, source, first, count, pairs, package))
+    tried = attempt(functools.partial(_make, source, first, count, pairs, package, bags=bags))
     made, reason = {pair.pair_id for pair in pairs}, tried.reason or "its source ended without it"
     missing = (pair_id for pair_id in source.pair_ids[:count] if pair_id not in made)
     package.failed.update({pair_id: package.failed.get(pair_id, reason) for pair_id in missing})
     return Made(pairs=pairs, package=package, failure=tried.failure or "error", log=tried.log)
 
 
-def _make(source: PairSource, first: int | None, count: int | None, pairs: list[MapPair], package: Package) -> None:
+def _make(
+    source: PairSource,
+    first: int | None,
+    count: int | None,
+    pairs: list[MapPair],
+    package: Package,
+    *,
+    bags: bool,
+) -> None:
     """Add pairs to those that were made, each when it is packed."""
     found: Sequence[MapPair] = ()
     log: MissionLog | None = None
+    made_from: Mapping[str, MadeFrom] = {}
     if isinstance(source, Explorer):
         explored = source.explored()
         package.discarded.extend(explored.log.discarded)
         wanted = source.pair_ids[:count]
         package.failed.update({pair_id: why for pair_id, why in explored.failed.items() if pair_id in wanted})
         found, log = [pair for pair in explored.pairs if pair.pair_id in wanted], explored.log
+        made_from = explored.made_from
     for pair in islice(source.pairs(), count) if log is None else found:
         if pair.pair_id not in source.pair_ids:
             raise InputError(f"{pair.pair_id!r} is not in the pairs of {source.source_id}")
         if first is not None:
-            row, files = _packed(pair, first + source.pair_ids.index(pair.pair_id), log)
+            number = first + source.pair_ids.index(pair.pair_id)
+            row, files = _packed(pair, number, log)
+            if bags:
+                row["bag"], bag = _bag(pair, number, made_from.get(pair.pair_id))
+                files |= {f"{row['split']}/{path}": data for path, data in bag.items()}
             package.files.update(files)
             package.rows.append(row)
         pairs.append(pair)
@@ -169,6 +188,14 @@ def _packed(pair: MapPair, number: int, log: MissionLog | None) -> tuple[Metadat
         row["world"], raster = _building(log)
         files |= {f"{split}/{path}": data for path, data in raster.items()}
     return row, files
+
+
+def _bag(pair: MapPair, number: int, made: MadeFrom | None) -> tuple[str, dict[str, bytes]]:
+    """Write a pair's mission as a bag, by path in its split; empty where no robots can have made the pair."""
+    if made is None:
+        return "", {}
+    folder = f"bags/{number:06d}"
+    return folder, {f"{folder}/{name}": data for name, data in encode_bag(pair, made, f"{number:06d}").items()}
 
 
 def _truth(pair: MapPair) -> MetadataRow:

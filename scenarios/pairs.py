@@ -76,6 +76,15 @@ class PairSource(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MadeFrom:
+    """What a pair was made from: both robots' logs, cut as its maps are, and how each map was made."""
+
+    log: MissionLog
+    spec_a: MapSpec
+    spec_b: MapSpec
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Explored:
     """A mission that was run, and what came of it.
 
@@ -87,11 +96,14 @@ class Explored:
         Made from it.
     failed
         Why others could not be made, by pair id.
+    made_from
+        What pairs were made from, by pair id; nothing of mirrored pairs, whose map B no robot can have made.
     """
 
     log: MissionLog
     pairs: tuple[MapPair, ...]
     failed: Mapping[str, str]
+    made_from: Mapping[str, MadeFrom] = field(default_factory=dict)
 
 
 def make_pair(

@@ -18,6 +18,7 @@ from scenarios.corruption.geometry import Size, turn_image
 from sim.lidar import Lidar
 from sim.mapping import HIT, LIMIT, MISS, build_map
 from sim.missionlog import RobotLog
+from sim.odometry import drive_blind
 from sim.posing import PoseSource, Slam, estimate_poses
 
 
@@ -182,13 +183,12 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
     seed
         Of the turn, the grid's phase and the wheels, which do not depend on the noise level, and of the noise.
     """
-    of_frame, of_scans, of_cells, of_poses, of_more = (np.random.default_rng(child) for child in seed.spawn(5))
+    of_frame, of_scans, of_cells, of_poses, of_more = _streams(seed)
     drawn, phase = of_frame.uniform(-180.0, 180.0), of_frame.uniform(0.0, spec.resolution, 2)
     turn_deg = drawn if spec.turn_deg == "random" else float(spec.turn_deg)
     yaw = -math.radians(turn_deg) if spec.turn == "frame" else 0.0
     frame = (float(log.poses[0, 0] + phase[0]), float(log.poses[0, 1] + phase[1]), yaw)  # about where the robot started
-    strength = noise_strength(noise)
-    ranges = lidar.observe(log.ranges, log.glass, of_scans, level=strength) if strength else lidar.limit(log.ranges)
+    ranges = _read_out(log, lidar, noise, of_scans)
     poses, built = _laid_down(log, lidar, spec, ranges, frame, of_poses)
     damaged = corrupt(damage(built, noise, of_cells), spec.corruption, seed=int(of_more.integers(1 << 62)))
     upright = damaged.grid
@@ -210,6 +210,35 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
         _frame=Similarity(1.0, frame[2], frame[0], frame[1]),
         _turned=turned,
     )
+
+
+def recorded(
+    log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: np.random.SeedSequence
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return what a robot had to make its map from, given what `place_map` is given.
+
+    Returns
+    -------
+    ranges
+        What its scanner reported, shape (S, B), metres: inf where nothing is in reach, nan where a beam was lost.
+    wheels
+        Its poses by the wheels, shape (S, 3): as its mapper was given them, or as in the log if it had the truth.
+    """
+    _, of_scans, _, of_poses, _ = _streams(seed)
+    is_told = spec.poses == "truth"
+    wheels = log.odometry if is_told else drive_blind(log.poses, of_poses, level=spec.slam.wheel_level)
+    return _read_out(log, lidar, noise, of_scans), wheels
+
+
+def _streams(seed: np.random.SeedSequence) -> list[np.random.Generator]:
+    """Return the randomness of the frame, the scans, the cells, the poses, and further damage; always the same."""
+    own = np.random.SeedSequence(seed.entropy, spawn_key=seed.spawn_key)  # spawning from the other would change it
+    return [np.random.default_rng(child) for child in own.spawn(5)]
+
+
+def _read_out(log: RobotLog, lidar: Lidar, noise: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    strength = noise_strength(noise)
+    return lidar.observe(log.ranges, log.glass, rng, level=strength) if strength else lidar.limit(log.ranges)
 
 
 def _laid_down(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +89,46 @@ def build_map(
     H. Moravec and A. Elfes, ICRA 1985. A scan changes a cell at most once, and its hits win over its misses, so that
     beams that graze a wall do not erase it.
     """
+    whole = growing_maps(
+        poses,
+        angles,
+        ranges,
+        [len(poses)],
+        resolution=resolution,
+        max_range_m=max_range_m,
+        frame=frame,
+        hit=hit,
+        miss=miss,
+    )
+    return next(whole)
+
+
+def growing_maps(
+    poses: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    counts: Sequence[int],
+    *,
+    resolution: float,
+    max_range_m: float,
+    frame: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    hit: float = HIT,
+    miss: float = MISS,
+) -> Iterator[OccupancyGrid]:
+    """Build the maps that a robot has after so many of its scans, each as `build_map` makes it of these alone.
+
+    Parameters
+    ----------
+    poses, angles, ranges, resolution, max_range_m, frame, hit, miss
+        As `build_map` has them.
+    counts
+        How many of the scans each map is made from, ascending; among them is a reading.
+
+    Raises
+    ------
+    InputError
+        As `build_map` does.
+    """
     if not (math.isfinite(resolution) and resolution > 0):
         raise InputError(f"resolution must be a positive number of metres per cell, got {resolution}")
     if not (0 < hit <= LIMIT and 0 < miss <= LIMIT):
@@ -105,8 +147,10 @@ def build_map(
     if width * height > MOST_CELLS:
         raise InputError(f"a map of {width} x {height} cells is too large: resolution {resolution} is too fine")
     log_odds = np.zeros((height, width), dtype=np.float32)
-    trace_scans(starts - low, ends - low, kinds, log_odds, hit, -miss, LIMIT)
-    return _crop(log_odds, low, resolution)
+    for done, count in pairwise([0, *counts]):
+        part = slice(done, count)
+        trace_scans(starts[part] - low, ends[part] - low, kinds[part], log_odds, hit, -miss, LIMIT)
+        yield _crop(log_odds, low, resolution)
 
 
 def _crop(log_odds: NDArray[np.float32], low: NDArray[np.float64], resolution: float) -> OccupancyGrid:

@@ -7,9 +7,9 @@ from rectmerge.errors import InputError
 from rectmerge.similarity import Similarity
 from sim._kernels.tracing import trace_scans
 from sim.lidar import Lidar
-from sim.mapping import build_map
+from sim.mapping import build_map, growing_maps
 from tests.sim import naive
-from tests.sim.made import box_world, wall_distance
+from tests.sim.made import box_world, office_log, wall_distance
 
 WORLD, LIDAR = box_world(), Lidar(beams=1440)
 POSES = np.array([[1.53, 2.07, 0.4], [5.0, 2.5, 2.0], [1.2, 1.0, -1.0]])
@@ -85,3 +85,16 @@ def test_build_map_says_what_is_wrong(changes, complaint):
 
     with pytest.raises(InputError, match=complaint):
         build_map(**{**values, **changes})
+
+
+def test_growing_maps_are_those_of_the_scans_so_far():
+    log = office_log()
+    robot, lidar = log.a, log.spec.a.lidar
+    given = {"resolution": 0.05, "max_range_m": lidar.max_range_m, "frame": (0.3, -0.2, 0.4)}
+    ranges = lidar.limit(robot.ranges)
+    grown = list(growing_maps(robot.poses, lidar.angles, ranges, [1, 4, len(ranges)], **given))
+
+    for count, grid in zip((1, 4, len(ranges)), grown, strict=True):
+        alone = build_map(robot.poses[:count], lidar.angles, ranges[:count], **given)
+        assert (grid.occupancy == alone.occupancy).all()
+        assert grid.origin == pytest.approx(alone.origin, abs=1e-12)

@@ -1,0 +1,282 @@
+"""Bags read back by the libraries `mcap` and `mcap-ros2-support`, which share nothing with the one that wrote them."""
+
+import json
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+
+import rectmerge as rm
+from rectmerge import console
+from rectmerge.errors import InputError
+from rectmerge.grid import OccupancyGrid
+from scenarios.bagwriter import encode_bag
+from scenarios.cli import app
+from scenarios.generate import generate
+from scenarios.missionsource import MissionSource
+from scenarios.packing import make
+from scenarios.pairs import Explored, MadeFrom, make_pair
+from scenarios.placement import MapSpec
+from scenarios.recording import record
+from scenarios.scenariospec import Scenario
+from scenarios.verify import verify
+from tests.scenarios.madeset import TinySuite
+from tests.sim.made import walked_log
+
+SPECS = MapSpec(turn_deg=25.0, hide_resolution=False), MapSpec(resolution=0.06, turn_deg=-40.0, turn="image")
+
+
+def made(*specs, noise=0):
+    """A pair of the walked office, and what it was made from."""
+    log = walked_log()
+    log = replace(log, a=log.a.until(30.0), b=log.b.until(24.0))
+    a, b = specs or SPECS
+    return make_pair(log, a, b, 5, noise=noise), MadeFrom(log=log, spec_a=a, spec_b=b)
+
+
+def write(folder: Path, files: dict[str, bytes]) -> Path:
+    for name, data in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+    return folder
+
+
+def played(bag: Path) -> dict[str, list]:
+    """What a bag holds, as (seconds, schema, message), by topic."""
+    topics: dict[str, list] = {}
+    (file,) = bag.glob("*.mcap")
+    with file.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        for schema, channel, message, content in reader.iter_decoded_messages():
+            topics.setdefault(channel.topic, []).append((message.log_time / 1e9, schema.name, content))
+    return topics
+
+
+def grid_of(message) -> OccupancyGrid:
+    info, cells = message.info, np.array(message.data, np.int8)
+    at, turn = info.origin.position, info.origin.orientation
+    origin = (at.x, at.y, 2 * math.atan2(turn.z, turn.w))
+    return OccupancyGrid(cells.reshape(info.height, info.width)[::-1], info.resolution, origin)
+
+
+@pytest.fixture(scope="module")
+def pair_and_bag(tmp_path_factory):
+    pair, source = made(noise=1)
+    return pair, write(tmp_path_factory.mktemp("bag") / "000003", encode_bag(pair, source, "000003"))
+
+
+@pytest.fixture(scope="module")
+def topics(pair_and_bag):
+    return played(pair_and_bag[1])
+
+
+def test_a_bag_holds_what_both_robots_sent(topics):
+    kinds = {topic: {kind for _, kind, _ in sent} for topic, sent in topics.items()}
+    counts = {topic: len(sent) for topic, sent in topics.items()}
+
+    assert kinds == {
+        "/robot1/map": {"nav_msgs/msg/OccupancyGrid"},
+        "/robot2/map": {"nav_msgs/msg/OccupancyGrid"},
+        "/robot1/odom": {"nav_msgs/msg/Odometry"},
+        "/robot2/odom": {"nav_msgs/msg/Odometry"},
+        "/robot1/scan": {"sensor_msgs/msg/LaserScan"},
+        "/robot2/scan": {"sensor_msgs/msg/LaserScan"},
+        "/tf": {"tf2_msgs/msg/TFMessage"},
+        "/tf_static": {"tf2_msgs/msg/TFMessage"},
+    }
+    a, b = (len(robot.times) for robot in (made()[1].log.a, made()[1].log.b))
+    assert (counts["/robot1/scan"], counts["/robot2/odom"], counts["/tf"]) == (a, b, a + b)
+    assert (counts["/robot1/map"], counts["/robot2/map"]) == (6, 5)
+
+
+@pytest.mark.parametrize(("topic", "name"), [("/robot1/map", "a"), ("/robot2/map", "b")])
+def test_the_last_maps_are_those_of_the_pair_with_their_resolution(pair_and_bag, topics, topic, name):
+    pair, bag = pair_and_bag
+    wanted, (time, _, message) = getattr(pair, name), topics[topic][-1]
+    read = rm.read_map(f"{bag}:{topic}")
+
+    assert time == topics[topic.replace("map", "scan")][-1][0]
+    assert message.header.frame_id == topic.strip("/")
+    for grid in (grid_of(message), read):
+        assert (grid.occupancy == wanted.occupancy).all()
+        assert grid.resolution == pytest.approx(pair.info[f"resolution_{name}"], rel=1e-7)
+        assert grid.origin == pytest.approx(wanted.origin, abs=1e-9)
+    assert (pair.a.resolution, pair.b.resolution, read.resolution) == (0.05, None, (0.05, 0.06)["ab".index(name)])
+
+
+@pytest.mark.parametrize("robot", ["robot1", "robot2"])
+def test_maps_grow_every_five_seconds_in_one_frame(topics, robot):
+    sent = topics[f"/{robot}/map"]
+    grids = [grid_of(message) for _, _, message in sent]
+    known = [int((~grid.unknown).sum()) for grid in grids]
+    last = grids[-1]
+
+    assert np.diff([time for time, _, _ in sent[:-1]]) == pytest.approx(5.0)
+    assert known[:-1] == sorted(known[:-1])  # damage, which comes last, takes cells away
+    assert known[0] < 0.8 * known[-1]
+    for grid in grids[:-1]:
+        free = grid.pixel_to_map(np.argwhere(grid.free)[:, ::-1])
+        col, row = np.rint(last.map_to_pixel(free)).astype(int).T
+        assert last.free[row, col].mean() > 0.95
+
+
+@pytest.mark.parametrize("robot", ["robot1", "robot2"])
+def test_scans_placed_by_the_transforms_hit_the_walls_of_the_map(topics, robot):
+    grid = grid_of(topics[f"/{robot}/map"][-1][2])
+    walls = np.pad(grid.occupied, 1)
+    near = np.logical_or.reduce([np.roll(walls, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1)])[1:-1, 1:-1]
+    links = {
+        (time, link.header.frame_id, link.child_frame_id): link.transform
+        for time, _, message in topics["/tf"]
+        for link in message.transforms
+    }
+    shares = []
+    for time, _, scan in topics[f"/{robot}/scan"][::7]:
+        ranges = np.array(scan.ranges)
+        heading = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
+        hit = np.isfinite(ranges)
+        points = (ranges[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=-1))[hit]
+        for parent, child in ((f"{robot}/odom", f"{robot}/base"), (f"{robot}/map", f"{robot}/odom")):
+            points = moved(points, links[time, parent, child])
+        col, row = np.rint(grid.map_to_pixel(points)).astype(int).T
+        inside = (row >= 0) & (col >= 0) & (row < grid.shape[0]) & (col < grid.shape[1])
+        shares.append((near[row[inside], col[inside]].sum()) / hit.sum())
+
+    assert min(shares) > 0.85
+    assert scan.angle_max == pytest.approx(heading[-1], abs=1e-4)
+
+
+def moved(points, transform):
+    turn = 2 * math.atan2(transform.rotation.z, transform.rotation.w)
+    cos, sin = math.cos(turn), math.sin(turn)
+    place = transform.translation
+    return points @ np.array([[cos, sin], [-sin, cos]]) + (place.x, place.y)
+
+
+def test_odometry_begins_at_its_origin_and_tells_the_speed(topics):
+    sent = [message for _, _, message in topics["/robot1/odom"]]
+    speeds = [message.twist.twist.linear.x for message in sent]
+    first, frames = sent[0].pose.pose, {(message.header.frame_id, message.child_frame_id) for message in sent}
+
+    assert (first.position.x, first.position.y, first.orientation.w) == (0.0, 0.0, 1.0)
+    assert frames == {("robot1/odom", "robot1/base")}
+    assert 0.2 < max(speeds) < 1.0
+
+
+def test_scanners_stand_above_the_bases_and_late_subscribers_get_maps(pair_and_bag, topics):
+    ((time, _, message),) = topics["/tf_static"]
+    told = yaml.safe_load((pair_and_bag[1] / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    latched = {
+        topic["topic_metadata"]["name"]
+        for topic in told["topics_with_message_count"]
+        if yaml.safe_load(topic["topic_metadata"]["offered_qos_profiles"])[0]["durability"] == 1
+    }
+
+    assert time == min(sent[0][0] for sent in topics.values())
+    assert [link.child_frame_id for link in message.transforms] == ["robot1/scan", "robot2/scan"]
+    assert {link.transform.translation.z for link in message.transforms} == {walked_log().spec.a.lidar.height_m}
+    assert latched == {"/robot1/map", "/robot2/map", "/tf_static"}
+    assert (told["storage_identifier"], told["relative_file_paths"]) == ("mcap", ["000003.mcap"])
+
+
+def test_the_same_pair_gives_the_same_bytes(pair_and_bag):
+    pair, bag = pair_and_bag
+    again = encode_bag(pair, made()[1], "000003")
+
+    assert again == {file.name: file.read_bytes() for file in bag.iterdir()}
+
+
+def test_a_map_by_odometry_does_not_drift_in_its_own_bag():
+    blind = MapSpec(poses="odometry", turn_deg=25.0)
+    recording, other = record(*made(blind, SPECS[1]))
+
+    assert np.ptp(recording.drift, axis=0) == pytest.approx(0.0, abs=1e-9)
+    assert len(recording.drift) == len(recording.times)
+    assert other.grid.resolution == 0.06
+
+
+class Walk:
+    """A pair of the walked office, and the same as if no robot had made it."""
+
+    source_id = "walk"
+    pair_ids = ("walk-0", "walk-mirrored")
+
+    def explored(self):
+        pair, source = made()
+        pairs = tuple(replace(pair, pair_id=pair_id) for pair_id in self.pair_ids)
+        return Explored(log=source.log, pairs=pairs, failed={}, made_from={"walk-0": source})
+
+    def pairs(self):
+        raise AssertionError("the mission would be run twice")
+
+
+def test_rows_name_their_bags_and_mirrored_pairs_have_none():
+    package = make(Walk(), 7, bags=True).package
+
+    assert [row["bag"] for row in package.rows] == ["bags/000007", ""]
+    bags = {path for path in package.files if "/bags/" in path}
+    assert bags == {"test/bags/000007/000007.mcap", "test/bags/000007/metadata.yaml"}
+    assert "bag" not in make(Walk(), 7).package.rows[0]
+
+
+@pytest.mark.parametrize("kind", ["related", "mirrored"])
+def test_missions_tell_what_their_pairs_were_made_from(kind):
+    scenario = Scenario(name="office", kind=kind, noise=(1,), a=SPECS[0], b=SPECS[1])
+    explored = MissionSource("made", scenario, 3).explored_by(made()[1].log)
+
+    told = [(one.spec_a, one.spec_b, len(one.log.a.times)) for one in explored.made_from.values()]
+    assert len(explored.pairs) == 1
+    assert told == ([(*SPECS, len(explored.pairs[0].poses[0]))] if kind == "related" else [])
+
+
+def test_bags_that_cannot_be_written_are_refused_in_one_line(tmp_path, monkeypatch):
+    with pytest.raises(InputError, match="runs no mission, so there is no bag of it to write"):
+        generate(TinySuite(), tmp_path / "set", form="mcap")
+    with pytest.raises(InputError, match="format must be one of files, mcap, got 'bag'"):
+        generate(TinySuite(), tmp_path / "set", form="bag")
+    monkeypatch.setitem(sys.modules, "rosbags", None)
+    monkeypatch.delitem(sys.modules, "rosbags.rosbag2", raising=False)
+    with pytest.raises(InputError, match=r"pip install 'rectmerge\[ros\]'"):
+        generate(TinySuite(), tmp_path / "set", form="mcap")
+    assert not (tmp_path / "set").exists()
+
+
+OFFICE = """title = "Office"
+[[scenarios]]
+name = "office"
+seeds = { count = 1 }
+noise = [0, 1]
+world = { size_m = [14.0, 10.0], rooms = 6, oblique = 0.0 }
+b = { resolution = 0.06 }
+"""
+
+
+@pytest.mark.sim
+def test_a_data_set_with_bags_is_whole_and_reproducible(tmp_path, capsys):
+    (tmp_path / "office.toml").write_text(OFFICE)
+    suite, sets = str(tmp_path / "office.toml"), [tmp_path / "first", tmp_path / "second"]
+    for folder in sets:
+        words = ["generate", suite, "-o", str(folder), "--format", "mcap", "--quiet"]
+        assert console.run(app, "rectbench", words) == console.YES
+    first, second = (
+        {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()} for folder in sets
+    )
+    info = json.loads((sets[0] / "dataset_info.json").read_text())
+
+    assert first == second
+    assert info["format"] == "mcap"
+    assert {name for name in info["checksums"] if name.endswith(".mcap")} == {
+        "test/bags/000000/000000.mcap",
+        "test/bags/000001/000001.mcap",
+    }
+    assert verify(sets[0]).faults == ()
+    assert "--format mcap" in (sets[0] / "README.md").read_text()
+    assert console.run(app, "rectbench", ["generate", suite, "-o", str(sets[0]), "--quiet"]) == console.BAD_INPUT
+    assert console.run(app, "rectbench", ["generate", suite, "-o", str(sets[0]), "--quiet", "--force"]) == console.YES
+    assert not list(sets[0].rglob("*.mcap"))
