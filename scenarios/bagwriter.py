@@ -136,7 +136,8 @@ class _Maker:
             yield _Sent(time, 2, f"/{robot}/odom", ODOMETRY, message)
 
     def _scans(self, robot: str, one: Recording) -> Iterator[_Sent]:
-        lidar, angles, apart = one.lidar, one.lidar.angles, float(np.median(np.diff(one.times)))
+        lidar, angles = one.lidar, one.lidar.angles
+        apart = float(np.median(np.diff(one.times))) if len(one.times) > 1 else 0.0
         for time, ranges in zip(map(_nanoseconds, one.times), one.ranges.astype(np.float32), strict=True):
             message = self._types[SCAN](
                 header=self._header(time, f"{robot}/scan"),

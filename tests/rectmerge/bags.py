@@ -47,7 +47,14 @@ def map_message(ros: int = 2, **changes: Any) -> Any:
     return types[GRID](header=header, info=info, data=cells[::-1].ravel())
 
 
-def write(folder: Path, kind: str, messages: Messages = (("/map", GRID, {}),), *, silent: Sequence[str] = ()) -> Path:
+def write(
+    folder: Path,
+    kind: str,
+    messages: Messages = (("/map", GRID, {}),),
+    *,
+    silent: Sequence[str] = (),
+    compression: Sequence[Any] = (),
+) -> Path:
     """Write a bag of a kind, a message each second; of rosbag2 a folder. Topics of maps in `silent` get none."""
     ros = 1 if kind == "bag" else 2
     if ros == 1:
@@ -55,6 +62,8 @@ def write(folder: Path, kind: str, messages: Messages = (("/map", GRID, {}),), *
     else:
         path = folder / f"made_{kind}"
         writer = rosbag2.Writer(path, version=9, storage_plugin=PLUGINS[kind])
+    if compression:
+        writer.set_compression(*compression)
     with writer:
         open_topics = {}
         for topic, name in [*((topic, GRID) for topic in silent), *((topic, name) for topic, name, _ in messages)]:

@@ -1,11 +1,15 @@
+import contextlib
 import logging
 import math
 import random
+import sqlite3
+import struct
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rosbags import rosbag1, rosbag2
 
 import rectmerge as rm
 from rectmerge.bagfile import bag_files, is_bag, read_bag_map, split_bag
@@ -32,6 +36,40 @@ def test_a_storage_file_is_read_without_its_folder(tmp_path, kind):
 
     assert rm.read_map(f"{alone}:/map").occupancy.tolist() == [list(row) for row in LAID]
     assert rm.read_map(Path(alone)).origin[0] == 1.0
+
+
+ZSTD, MODE = rosbag2.CompressionFormat.ZSTD, rosbag2.CompressionMode
+COMPRESSED = {
+    "bag by bz2": ("bag", [rosbag1.Writer.CompressionFormat.BZ2]),
+    "bag by lz4": ("bag", [rosbag1.Writer.CompressionFormat.LZ4]),
+    "db3 as a file": ("db3", [MODE.FILE, ZSTD]),
+    "db3 by message": ("db3", [MODE.MESSAGE, ZSTD]),
+    "mcap by chunk": ("mcap", [MODE.STORAGE, ZSTD]),
+}
+
+
+@pytest.mark.parametrize(("kind", "compression"), COMPRESSED.values(), ids=COMPRESSED)
+def test_compressed_bags_are_read(tmp_path, kind, compression):
+    bag = bags.write(tmp_path, kind, compression=compression)
+
+    assert read_map(f"{bag}:/map").occupancy.tolist() == [list(row) for row in LAID]
+
+
+def test_the_tables_of_the_first_distributions_are_read(tmp_path):
+    """They tell no definitions of their types; written here without rosbags."""
+    head = struct.pack("<BBBB iI I4s", 0, 1, 0, 0, 5, 0, 4, b"map\0")  # CDR, little-endian: header
+    info = struct.pack("<iI f II 4x 7d", 5, 0, 0.1, 3, 2, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    cells = struct.pack("<I6b", 6, 0, 0, 100, -1, 0, 100)  # the bottom row first
+    with contextlib.closing(sqlite3.connect(tmp_path / "old.db3")) as base:
+        base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)")
+        base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
+        base.execute("INSERT INTO topics VALUES (1, '/map', ?, 'cdr')", [GRID])
+        base.execute("INSERT INTO messages VALUES (1, 1, 7, ?)", [head + info + cells])
+        base.commit()
+    grid = read_map(tmp_path / "old.db3")
+
+    assert grid.occupancy.tolist() == [[-1, 0, 100], [0, 0, 100]]
+    assert (grid.resolution, grid.origin) == (0.1, (4.0, 5.0, 0.0))
 
 
 @pytest.mark.parametrize("kind", KINDS)
