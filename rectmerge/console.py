@@ -35,6 +35,7 @@ def _show_version(asked: bool) -> None:
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", metavar="", help="Keep progress and notes off stderr.")]
 Debug = Annotated[bool, typer.Option("--debug", metavar="", help="Show the traceback of any error.")]
+Json = Annotated[bool, typer.Option("--json", metavar="", help="Print JSON instead of text.")]
 Version = Annotated[
     bool,
     typer.Option("--version", metavar="", help="Show the version and exit.", callback=_show_version, is_eager=True),

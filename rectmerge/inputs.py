@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from rectmerge.bagfile import is_bag, split_bag
+from rectmerge.dialects import DIALECTS, Dialect
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.mapfile import is_yaml, read_image, read_map
@@ -19,46 +21,61 @@ REMEDY = "name the maps with --a FILE and --b FILE"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Input:
-    """A map file of a merge, and how it was read.
+    """A map that a command was given, and how it is read.
 
     Parameters
     ----------
     given
-        The path as the merge was given it.
+        The name as it was given.
     path
-        Where it lies.
+        Where it lies: a file, or a topic of a bag.
     greys
-        The grey levels that were named for it, by name; None where guessed.
+        The grey levels that were named for plain images, by name; None where guessed.
+    dialect
+        By whose rules a YAML's image is read; None where the file tells.
     strict
-        Whether a YAML was taken at its word.
+        Whether a YAML is taken at its word.
+    resolution
+        Metres per cell, instead of what the file tells; None where it stands.
     """
 
     given: str
     path: Path
     greys: Mapping[str, int | None]
+    dialect: Dialect | None = None
     strict: bool = False
+    resolution: float | None = None
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is a plain image."""
+        return not (is_yaml(self.path) or is_bag(self.path))
 
     def read(self) -> OccupancyGrid:
-        """Read the map as the merge did.
+        """Read the map.
 
         Raises
         ------
         MapFileError
             If the file is no map.
         """
-        if is_yaml(self.path):
-            return read_map(self.path, strict_thresholds=self.strict)
-        return read_image(self.path, **self.greys).grid
+        return self.read_noted()[0]
+
+    def read_noted(self) -> tuple[OccupancyGrid, list[str]]:
+        """Read the map, and tell what was guessed about it, in lines for people."""
+        notes = []
+        if self.is_plain:
+            grid, guess = read_image(self.path, **self.greys)
+            told = "resolution not known" if self.resolution is None else f"resolution {self.resolution:g} m as given"
+            notes.append(f"{self.given}: read with {guess} (--free, --occupied, --unknown say otherwise); {told}")
+            if beside := [p for s in (".yaml", ".yml") if (p := self.path.with_suffix(s)).exists()]:
+                notes.append(f"{self.given}: {beside[0].name} beside it is not read; give it to use what it tells")
+        else:
+            grid = read_map(self.path, dialect=self.dialect, strict_thresholds=self.strict)
+        return (grid if self.resolution is None else replace(grid, resolution=self.resolution)), notes
 
 
-def told_inputs(
-    folder: str | Path,
-    a: str | Path,
-    b: str | Path,
-    *,
-    levels: Mapping[str, int | None] | None = None,
-    strict: bool = False,
-) -> dict[str, Any]:
+def told_inputs(folder: str | Path, a: Input, b: Input) -> dict[str, Any]:
     """Lay the maps of a merge out for the ``inputs`` of ``alignment.json``.
 
     Parameters
@@ -66,26 +83,23 @@ def told_inputs(
     folder
         The merge's; the maps' paths are told from there, so that all may move together.
     a, b
-        The map files as they were given.
-    levels
-        The grey levels named for plain images.
-    strict
-        Whether YAMLs are taken at their word.
+        The maps.
 
     Returns
     -------
     dict
-        By "a" and "b": ``given``, ``path`` from the folder, the grey levels, and ``strict_thresholds``.
+        By "a" and "b": ``given``, ``path`` from the folder, and how it was read.
     """
-    greys = {name: (levels or {}).get(name) for name in GREYS}
     return {
         name: {
-            "given": str(path),
-            "path": os.path.relpath(_resolved(Path(path)), Path(folder).resolve()),
-            **(dict.fromkeys(GREYS) if is_yaml(path) else greys),
-            "strict_thresholds": strict,
+            "given": one.given,
+            "path": os.path.relpath(_resolved(one.path), Path(folder).resolve()),
+            **{grey: one.greys.get(grey) if one.is_plain else None for grey in GREYS},
+            "dialect": one.dialect,
+            "strict_thresholds": one.strict,
+            "resolution": one.resolution,
         }
-        for name, path in (("a", a), ("b", b))
+        for name, one in (("a", a), ("b", b))
     }
 
 
@@ -138,18 +152,25 @@ def read_told(folder: str | Path) -> dict[str, Any]:
 def _input(told: Mapping[str, Any], name: str, folder: Path, instead: Path | None) -> Input:
     try:
         entry = told["inputs"][name]
-        greys = {grey: None if entry[grey] is None else int(entry[grey]) for grey in GREYS}
-        given, path, strict = str(entry["given"]), str(entry["path"]), bool(entry["strict_thresholds"])
+        found = Input(
+            given=str(entry["given"]),
+            path=Path(os.path.normpath(folder.resolve() / str(entry["path"]))),
+            greys={grey: None if entry[grey] is None else int(entry[grey]) for grey in GREYS},
+            dialect=entry["dialect"] if entry["dialect"] in DIALECTS else None,
+            strict=bool(entry["strict_thresholds"]),
+            resolution=None if entry["resolution"] is None else float(entry["resolution"]),
+        )
     except (KeyError, TypeError, ValueError):
-        if instead is not None:
-            return Input(given=str(instead), path=instead, greys=dict.fromkeys(GREYS))
-        raise InputError(f"{folder / 'alignment.json'}: does not say where map {name.upper()} lies; {REMEDY}") from None
+        if instead is None:
+            where = folder / "alignment.json"
+            raise InputError(f"{where}: does not say where map {name.upper()} lies; {REMEDY}") from None
+        return Input(given=str(instead), path=instead, greys=dict.fromkeys(GREYS))
     if instead is not None:
-        return Input(given=str(instead), path=instead, greys=greys, strict=strict)
-    lies = Path(os.path.normpath(folder.resolve() / path))
-    if not lies.is_file():
-        raise InputError(f"{lies}: map {name.upper()} of {folder} is no longer there; {REMEDY}")
-    return Input(given=given, path=lies, greys=greys, strict=strict)
+        return replace(found, given=str(instead), path=instead)
+    bag = split_bag(found.path)
+    if not (found.path if bag is None else bag.file).exists():
+        raise InputError(f"{found.path}: map {name.upper()} of {folder} is no longer there; {REMEDY}")
+    return found
 
 
 def _resolved(path: Path) -> Path:

@@ -100,14 +100,14 @@ class Answer:
 
     @classmethod
     def read(cls, folder: str | Path) -> Answer:
-        """Read ``alignment.json``.
+        """Read ``alignment.json``, named itself or by its folder.
 
         Raises
         ------
         InputError
             If the folder holds no readable answer.
         """
-        path = Path(folder) / "alignment.json"
+        path = Path(folder) if Path(folder).is_file() else Path(folder) / "alignment.json"
         try:
             told = json.loads(path.read_text(encoding="utf-8"))
             if told["verdict"] not in get_args(Verdict):

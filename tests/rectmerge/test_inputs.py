@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from rectmerge.errors import InputError
-from rectmerge.inputs import inputs_of, read_inputs, read_told, told_inputs
+from rectmerge.inputs import Input, inputs_of, read_inputs, read_told, told_inputs
 from rectmerge.mapfile import read_map
 from tests import drawing
 
@@ -25,15 +25,17 @@ def maps(tmp_path, monkeypatch):
     return tmp_path
 
 
-def write_answer(folder, **options):
+def write_answer(folder, levels=None, **options):
     folder.mkdir(parents=True, exist_ok=True)
-    told = {"inputs": told_inputs(folder, "building_a.yaml", Path("b/building_b.pgm"), **options)}
+    names = ("building_a.yaml", "b/building_b.pgm")
+    a, b = (Input(given=name, path=Path(name), greys=levels or {}, **options) for name in names)
+    told = {"inputs": told_inputs(folder, a, b)}
     (folder / "alignment.json").write_text(json.dumps(told))
     return told["inputs"]
 
 
 def test_paths_are_told_from_the_folder_and_name_nothing_of_the_machine(maps):
-    told = write_answer(maps / "results" / "out", levels=LEVELS, strict=True)
+    told = write_answer(maps / "results" / "out", levels=LEVELS, strict=True, dialect="ros1", resolution=0.1)
 
     assert told["a"] == {
         "given": "building_a.yaml",
@@ -41,7 +43,9 @@ def test_paths_are_told_from_the_folder_and_name_nothing_of_the_machine(maps):
         "free": None,
         "occupied": None,
         "unknown": None,
+        "dialect": "ros1",
         "strict_thresholds": True,
+        "resolution": 0.1,
     }
     assert told["b"]["path"] == "../../b/building_b.pgm"
     assert {name: told["b"][name] for name in LEVELS} == LEVELS
