@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rectmerge.errors import InputError, MapFileError
+from rectmerge.extras import missing
 from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS, OCCUPIED, UNKNOWN, OccupancyGrid, unusable
 from rectmerge.imagefile import BROKEN, require_file
 
@@ -21,7 +22,6 @@ SUFFIXES = (".bag", ".mcap", ".db3")
 METADATA = "metadata.yaml"  # what makes a folder a rosbag2
 TILT = 1e-3  # sine of half the angle between a map's plane and the floor, up to which it is taken to be level
 LONGEST_REASON = 160  # characters
-INSTALL = "pip install 'rectmerge[ros]'"
 
 
 class BagName(NamedTuple):
@@ -116,7 +116,7 @@ def _opened(file: Path) -> Iterator[_Bag]:
 
         broken: tuple[type[Exception], ...] = (*BROKEN, *_bag_errors())
     except ImportError:
-        raise MapFileError(f"{file}: bags are read with rosbags: {INSTALL}") from None
+        raise MapFileError(f"{file}: reading a bag {missing('rosbags')}") from None
     is_first = file.suffix == ".bag" and not file.is_dir()
     # The type is the same in all distributions, so what a bag tells of its many types, if anything, is not needed.
     store = get_typestore(Stores.ROS1_NOETIC if is_first else Stores.ROS2_HUMBLE)

@@ -19,7 +19,7 @@ from rectmerge.transformcommand import transform
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(no_args_is_help=True, add_completion=True, pretty_exceptions_enable=False)
 
 
 @app.callback()

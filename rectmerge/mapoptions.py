@@ -24,7 +24,13 @@ MapB = Annotated[Path, typer.Argument(metavar="B", help="The map that is placed 
 OneMap = Annotated[Path, typer.Argument(metavar="MAP", help=f"{KINDS}.")]
 Grey = Annotated[int | None, typer.Option(min=0, max=255, help="Grey level in plain images; guessed unless given.")]
 DialectName = Annotated[
-    str | None, typer.Option("--dialect", metavar=DIALECT_NAMES, help="By whose rules a YAML's image is read.")
+    str | None,
+    typer.Option(
+        "--dialect",
+        metavar=DIALECT_NAMES,
+        help="By whose rules a YAML's image is read.",
+        autocompletion=DIALECT_NAMES.split("|").copy,
+    ),
 ]
 Strict = Annotated[
     bool, typer.Option("--strict-thresholds", help="Obey a YAML whose free_thresh turns unknown space free.")

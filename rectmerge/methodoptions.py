@@ -12,7 +12,17 @@ if TYPE_CHECKING:
     from rectmerge.alignment import Method
     from rectmerge.methods import Scale
 
-MethodName = Annotated[str | None, typer.Option("--method", metavar="NAME", help="See `rectmerge methods`.")]
+
+def _method_names() -> list[str]:
+    from rectmerge.methods import available
+
+    return list(available())
+
+
+MethodName = Annotated[
+    str | None,
+    typer.Option("--method", metavar="NAME", help="See `rectmerge methods`.", autocompletion=_method_names),
+]
 ScaleText = Annotated[
     str, typer.Option("--scale", metavar="auto|free|LO:HI|S", help="What is known of cells of A per cell of B.")
 ]

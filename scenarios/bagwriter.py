@@ -11,8 +11,6 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from rectmerge.bagfile import INSTALL
-from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from scenarios.pairs import MadeFrom, MapPair
 from scenarios.recording import Recording, record
@@ -33,14 +31,6 @@ class _Sent(NamedTuple):
     topic: str
     type: str
     message: Any
-
-
-def require_rosbags() -> None:
-    """Raise InputError where bags cannot be written."""
-    try:
-        import rosbags.rosbag2  # noqa: F401 - whether it is there is the question
-    except ImportError:
-        raise InputError(f"bags are written with rosbags: {INSTALL}") from None
 
 
 def encode_bag(pair: MapPair, made: MadeFrom, name: str) -> dict[str, bytes]:

@@ -176,10 +176,8 @@ def _fields(method: Method) -> dict[str, Any]:
 
 
 def _toml(content: dict[str, Any]) -> str:
-    try:
-        import tomli_w
-    except ImportError:
-        raise InputError("a run is recorded with tomli-w: pip install 'rectmerge[bench]'") from None
+    import tomli_w
+
     return tomli_w.dumps(_without_none(plain(content)))
 
 

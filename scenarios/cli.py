@@ -12,6 +12,7 @@ import typer
 from rectmerge import console
 from rectmerge.console import Debug, Quiet, Version
 from rectmerge.errors import InputError
+from rectmerge.extras import SIMULATOR, require_extras
 from scenarios import datasetcommands, methodcommands, picturecommands, trustcommands
 from scenarios.leaderboard import commands as leaderboardcommands
 from scenarios.terminal import progress, summary_table, table, told_of_earlier_rows, told_of_rows
@@ -19,7 +20,7 @@ from scenarios.terminal import progress, summary_table, table, told_of_earlier_r
 app = typer.Typer(
     help="Benchmark map merging on simulated and real pairs with known truth.",
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
 )
 
@@ -83,6 +84,7 @@ def run(
     if workers and cluster:
         raise InputError("--workers and --cluster exclude each other")
     limits = Limits(timeout_s=timeout, memory_mb=memory)
+    require_extras(*(() if Path(target).is_dir() else SIMULATOR), "tomli_w")
     contest = contest_of(target, method or [], settings or [], method_command or [], knows_scale=known_scale)
     options = {"seed": seed, "limits": limits, "force": force, "command": _command()}
     try:
@@ -154,6 +156,7 @@ def demo(
     """
     from scenarios.demo import run_demo
 
+    require_extras(*SIMULATOR)
     shown = run_demo(output, force=force, say=(lambda line: None) if quiet else console.say)
     typer.echo(table(*shown.table()))
     typer.echo(f"pictures: {output / 'demo.png'} and {len(shown.pictures) - 1} more in {output}")
@@ -192,6 +195,7 @@ def results(
     """
     from scenarios.results import Plan, write_results
 
+    require_extras(*SIMULATOR, "tomli_w")
     plan = Plan.of(maps)
     with progress(plan.rows, quiet) as advance:
         write_results(plan, output, force=force, on_rows=told_of_rows(advance))
@@ -216,6 +220,7 @@ def realism(
     from scenarios.executors import local_workers
     from scenarios.realism import Finding, write_realism
 
+    require_extras(*SIMULATOR)
     with local_workers(workers) as executor, progress(pairs, quiet) as advance:
 
         def on_done(finding: Finding) -> None:

@@ -11,6 +11,7 @@ import typer
 from rectmerge import console
 from rectmerge.console import Debug, Quiet
 from rectmerge.errors import InputError
+from rectmerge.extras import SIMULATOR, require_extras
 from scenarios.terminal import progress
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ def generate(
     if workers and cluster:
         raise InputError("--workers and --cluster exclude each other")
     suite = load_suite(name)
+    require_extras(*SIMULATOR)
     total = pairs or sum(job.count for job in plan(suite, seed=seed))
     making = functools.partial(
         generate_suite, suite, output, pairs=pairs, seed=seed, form=cast("Form", form), force=force

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 from rectmerge.errors import InputError, RectMergeError
+from rectmerge.extras import require_extras
 from scenarios.attempts import memory_mb
 from scenarios.limits import DEATHS, die_with, how_it_ended
 
@@ -122,10 +123,9 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
     InputError
         If `distributed` is not installed, nobody answers at the address, or the cluster has no worker.
     """
-    try:
-        import distributed
-    except ImportError:
-        raise InputError("a cluster is reached with distributed: pip install 'rectmerge[bench]'") from None
+    require_extras("distributed")
+    import distributed
+
     try:
         client: Any = distributed.Client(address, timeout=REACHED_WITHIN_S, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError):

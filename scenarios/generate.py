@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Literal, Protocol, get_args
 
 from rectmerge.errors import InputError
+from rectmerge.extras import require_extras
 from rectmerge.resultfolder import to_json
-from scenarios.bagwriter import require_rosbags
 from scenarios.datasetwriter import DataSetWriter, finished_info
 from scenarios.executors import IN_FLIGHT, WorkerDiedError, completed, describe_machine
 from scenarios.limits import MAKING, Limits
@@ -133,7 +133,7 @@ def check_form(suite: PairSuite, form: Form) -> None:
         raise InputError(f"format must be one of {', '.join(get_args(Form))}, got {form!r}")
     if form == "files":
         return
-    require_rosbags()
+    require_extras("rosbags")
     for source in suite.sources():
         if not isinstance(source, Explorer):
             raise InputError(f"{suite.name}: {source.source_id} runs no mission, so there is no bag of it to write")

@@ -9,6 +9,7 @@ import typer
 
 from rectmerge import console
 from rectmerge.console import Debug, Quiet
+from rectmerge.extras import SIMULATOR, require_extras
 
 
 def explain(
@@ -20,6 +21,7 @@ def explain(
     """Draw what the default method does with two simulated pairs: the pictures of docs/how-it-works.md."""
     from scenarios.explaining import explain
 
+    require_extras(*SIMULATOR)
     written = explain(output, force=force, say=(lambda line: None) if quiet else console.say)
     typer.echo(f"written: {len(written)} pictures in {output}")
 
@@ -33,5 +35,6 @@ def figures(
     """Draw counterparts of the paper's figures 2 to 12 and Table I: those of docs/the-papers-method.md."""
     from scenarios.figures import write_figures
 
+    require_extras(*SIMULATOR)
     written = write_figures(output, force=force, say=(lambda line: None) if quiet else console.say)
     typer.echo(f"written: {len(written)} files in {output}")

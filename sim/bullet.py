@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, SimulationError
+from rectmerge.extras import missing
 from sim.lidar import Reading
 from sim.meshes import cut, facets, mesh
 from sim.world import Prism, World
@@ -292,8 +293,5 @@ def _import() -> Any:
     try:
         import pybullet
     except ImportError as error:
-        raise SimulationError(
-            "the simulation needs PyBullet, which has wheels for Python 3.11 and earlier: "
-            "use Python 3.11 and `pip install rectmerge[sim]`"
-        ) from error
+        raise SimulationError(f"the simulation {missing('pybullet')}") from error
     return pybullet

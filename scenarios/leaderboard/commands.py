@@ -10,6 +10,7 @@ import typer
 
 from rectmerge import console
 from rectmerge.console import Debug, Quiet
+from rectmerge.extras import SIMULATOR, require_extras
 from scenarios.terminal import progress, told_of_earlier_rows, told_of_rows
 
 
@@ -32,6 +33,7 @@ def tune(
     scenarios/leaderboard/entrants.toml. Taken is what is right and accepted most often less wrong and accepted, at its
     best threshold. Interrupted and called again it goes on where it was.
     """
+    require_extras("tomli_w")
     import tomli_w
 
     from scenarios import bench
@@ -107,6 +109,7 @@ def leaderboard(
     from scenarios.report.reading import Runs
     from scenarios.scenario import load_suite
 
+    require_extras(*SIMULATOR, "tomli_w", "jinja2", "matplotlib")
     folders = []
     for stage in stages(output, maps, suite or SUITES):
         folder = output / RUNS / stage.run_name

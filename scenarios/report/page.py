@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rectmerge.errors import InputError
+from rectmerge.extras import require_extras
 from rectmerge.imagefile import replace_file
 from scenarios.report import charts, mergedquality
 from scenarios.report.gallery import gallery
@@ -56,10 +57,9 @@ def write_report(folders: Sequence[Path], out: Path, *, table: Path | None = Non
 
 def html(runs: Runs) -> str:
     """Return the page of some runs."""
-    try:
-        from jinja2 import Environment, StrictUndefined
-    except ImportError:
-        raise InputError("the report is written with jinja2: pip install 'rectmerge[bench]'") from None
+    require_extras("jinja2", "matplotlib")
+    from jinja2 import Environment, StrictUndefined
+
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     held = gallery(runs)
     return environment.from_string(_text(TEMPLATE)).render(

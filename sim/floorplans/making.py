@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import SimulationError
+from rectmerge.extras import missing
 from sim.driving import DriveField, drivable, standing_spot
 from sim.floorplans.apartment import Apartment
 from sim.floorplans.clutter import Clutter
@@ -49,7 +50,7 @@ def make_world(spec: WorldSpec, seed: int) -> World:
     try:
         import shapely  # noqa: F401 - said here, once, rather than by every draft
     except ImportError as error:
-        raise SimulationError("making buildings needs shapely: `pip install rectmerge[sim]`") from error
+        raise SimulationError(f"making a building {missing('shapely')}") from error
     rng = np.random.default_rng(seed)
     complaint = ""
     for _ in range(DRAFTS):

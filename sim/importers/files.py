@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, MapFileError, SimulationError
+from rectmerge.extras import missing
 from rectmerge.grid import FREE, UNKNOWN, OccupancyGrid
 from rectmerge.imagefile import read_pixels, require_file
 from rectmerge.levels import infer_levels
@@ -140,5 +141,5 @@ def _world_from_plan(plan: Any, name: str, wall_m: float) -> World:
     try:
         from sim.importers.plans import world_from_plan
     except ImportError as error:
-        raise SimulationError("reading JSON plans needs shapely: `pip install rectmerge[sim]`") from error
+        raise SimulationError(f"reading a JSON plan {missing('shapely')}") from error
     return world_from_plan(plan, name, wall_m=wall_m)

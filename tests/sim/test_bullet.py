@@ -186,7 +186,7 @@ def test_without_pybullet_the_remedy_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pybullet", None)
     bullet._pybullet.cache_clear()
     try:
-        with pytest.raises(SimulationError, match=r"pip install rectmerge\[sim\]"), physics(box_world()):
+        with pytest.raises(SimulationError, match=r"pip install 'rectmerge\[sim\]'"), physics(box_world()):
             pass
     finally:
         bullet._pybullet.cache_clear()

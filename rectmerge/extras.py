@@ -1,0 +1,36 @@
+"""What is not installed with the merging alone: which module belongs to which extra, and how it is installed."""
+
+from __future__ import annotations
+
+import sys
+from importlib.util import find_spec
+
+from rectmerge.errors import InputError
+
+EXTRA_OF = {
+    **dict.fromkeys(("pybullet", "shapely"), "sim"),
+    **dict.fromkeys(("jinja2", "matplotlib", "distributed", "tomli_w"), "bench"),
+    "rosbags": "ros",
+}
+SIMULATOR = ("pybullet", "shapely")
+
+
+def require_extras(*modules: str) -> None:
+    """Refuse to go on without modules that only an extra installs.
+
+    Raises
+    ------
+    InputError
+        If one cannot be found; the message says what to install.
+    """
+    for module in modules:
+        if find_spec(module) is None:
+            raise InputError(f"this {missing(module)}")
+
+
+def missing(module: str) -> str:
+    """Say that a module is needed, and how it is installed."""
+    text = f"needs {module.replace('_', '-')}, which is not installed: pip install 'rectmerge[{EXTRA_OF[module]}]'"
+    if module == "pybullet" and sys.version_info >= (3, 12):
+        text += " with Python 3.11, for it has no wheels for later ones"
+    return text
