@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal, get_args
@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
-from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS, UNKNOWN, OccupancyGrid, map_frame_to_pixels
+from rectmerge.grid import UNKNOWN, OccupancyGrid, map_frame_to_pixels
 from rectmerge.overlap import CONFLICT_REACH_CELLS
+from rectmerge.resampling import resample
 from rectmerge.similarity import Similarity
 
 Rule = Literal["occupied", "free", "log-odds"]
 RULES: tuple[Rule, ...] = get_args(Rule)
-CELLS_AT_ONCE = 1 << 20
 SURE_FREE, SURE_OCCUPIED = 0.1192, 0.971  # OctoMap's clamping bounds: what one map can say at most
 
 
@@ -80,34 +80,6 @@ def compose(
     return Composition(grid, find_conflict(layers), (row, col))
 
 
-def resample(
-    grids: Sequence[OccupancyGrid], placements: Sequence[Similarity]
-) -> tuple[list[NDArray[np.int8]], tuple[int, int]]:
-    """Read grids on one lattice of unit pixels that holds the whole first grid and what is known of the others.
-
-    Parameters
-    ----------
-    grids
-        The maps, at least one.
-    placements
-        For each map the similarity from its pixels to the lattice's.
-
-    Returns
-    -------
-    tuple
-        One occupancy array of shape (H, W) per grid, and the (row, col) of the lattice's pixel (0, 0) in them.
-
-    Raises
-    ------
-    InputError
-        If the lattice would be absurdly large.
-    """
-    top, left, height, width = _canvas(grids, placements)
-    shift = Similarity(tx=float(-left), ty=float(-top))
-    layers = [_lay(grid, shift @ pixels, (height, width)) for grid, pixels in zip(grids, placements, strict=True)]
-    return layers, (-top, -left)
-
-
 def _check(grids: Sequence[OccupancyGrid], b_to_as: Sequence[Similarity | None], rule: str) -> None:
     if rule not in RULES:
         raise InputError(f"rule must be one of {', '.join(RULES)}, got {rule!r}")
@@ -117,64 +89,6 @@ def _check(grids: Sequence[OccupancyGrid], b_to_as: Sequence[Similarity | None],
         raise InputError(
             "b_to_as must be None for the first grid, whose frame is kept, and a Similarity for the others"
         )
-
-
-def _canvas(grids: Sequence[OccupancyGrid], placements: Sequence[Similarity]) -> tuple[int, int, int, int]:
-    """Return top, left, height and width of what holds the first grid and every known cell of the others."""
-    rows, cols = grids[0].shape
-    whole = np.array([[x, y] for x in (-0.5, cols - 0.5) for y in (-0.5, rows - 0.5)])  # (4, 2)
-    corners = [placements[0].apply(whole)]
-    corners += [pixels.apply(_known_ends(g)) for g, pixels in zip(grids[1:], placements[1:], strict=True)]
-    points = np.concatenate(corners)
-    left, top = np.floor(points.min(axis=0) + 0.5 + 1e-6).tolist()
-    right, bottom = np.ceil(points.max(axis=0) + 0.5 - 1e-6).tolist()
-    width, height = right - left, bottom - top
-    if not (width * height <= MOST_CELLS and max(width, height) <= LONGEST_SIDE_CELLS):
-        raise InputError(f"the merged map would have {width:g} x {height:g} cells: is the scale right?")
-    return int(top), int(left), int(height), int(width)
-
-
-def _known_ends(grid: OccupancyGrid) -> NDArray[np.float64]:
-    """Outer corners of the first and the last known cell of each row, in pixels, (N, 2): they bound every known one."""
-    known = grid.occupancy != UNKNOWN
-    rows = np.flatnonzero(known.any(axis=1))
-    first, last = known[rows].argmax(axis=1), known.shape[1] - 1 - known[rows, ::-1].argmax(axis=1)
-    ends = [np.stack([u, rows + half], axis=1) for u in (first - 0.5, last + 0.5) for half in (-0.5, 0.5)]
-    return np.concatenate(ends)
-
-
-def _lay(grid: OccupancyGrid, pixels: Similarity, shape: tuple[int, int]) -> NDArray[np.int8]:
-    """Resample a grid onto the canvas: unknown where the grid has nothing."""
-    layer = np.full(shape, UNKNOWN, np.int8)
-    ends = pixels.apply(_known_ends(grid))
-    if not len(ends):
-        return layer
-    low, high = ends.min(axis=0), ends.max(axis=0)
-    (left, top), (right, bottom) = np.floor(low).astype(int).clip(0), np.ceil(high).astype(int) + 1
-    back = pixels.inverse()
-    for rows in _bands(top, min(bottom, shape[0]), max(1, right - left)):
-        v, u = np.mgrid[rows, left : min(right, shape[1])]
-        layer[v, u] = _nearest(grid, back.apply(np.stack([u, v], axis=-1)))
-    walls = np.argwhere(grid.occupied)  # (N, 2)
-    u, v = np.floor(pixels.apply(walls[:, ::-1]) + (0.5 + 1e-9)).astype(int).T
-    inside = (u >= 0) & (v >= 0) & (u < shape[1]) & (v < shape[0])
-    layer[v[inside], u[inside]] = grid.occupancy[grid.occupied][inside]
-    return layer
-
-
-def _bands(first: int, last: int, width: int) -> Iterator[slice]:
-    step = max(1, CELLS_AT_ONCE // width)
-    return (slice(row, min(row + step, last)) for row in range(first, last, step))
-
-
-def _nearest(grid: OccupancyGrid, points: NDArray[np.float64]) -> NDArray[np.int8]:
-    """Read a grid at pixel points, shape (..., 2); unknown outside."""
-    cells = np.floor(points + (0.5 + 1e-9)).astype(np.int64)
-    u, v = cells[..., 0], cells[..., 1]
-    height, width = grid.shape
-    inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
-    read = grid.occupancy[v.clip(0, height - 1), u.clip(0, width - 1)]
-    return np.where(inside, read, np.int8(UNKNOWN)).astype(np.int8)
 
 
 def _overlay(layers: Sequence[NDArray[np.int8]], *, wall_wins: bool) -> NDArray[np.int8]:

@@ -9,10 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge.composition import Composition, find_conflict, resample
+from rectmerge.composition import Composition, find_conflict
 from rectmerge.grid import OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.overlap import CONFLICT_REACH_CELLS
 from rectmerge.rectangles import Rectangle
+from rectmerge.resampling import resample
 from rectmerge.similarity import Similarity
 
 Picture = NDArray[np.uint8]

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge.composition import resample
 from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.mapfile import read_map
 from rectmerge.overlap import measure_agreement
+from rectmerge.resampling import resample
 from rectmerge.similarity import Similarity
 from scenarios.dataset import RowSource
 from scenarios.rows import Row

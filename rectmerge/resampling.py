@@ -1,0 +1,151 @@
+"""Aligned grids read on one common lattice of cells, such that their thin walls stay closed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.errors import InputError
+from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS, UNKNOWN, OccupancyGrid
+from rectmerge.similarity import Similarity
+
+CELLS_AT_ONCE = 1 << 19
+TIE = 0.5 + 1e-9  # a point midway between two cells goes to the later one, whatever rounding did to it
+SPREAD_CELLS = 0.7  # less than 1, so that marks are neighbours; less than half the diagonal of a cell
+STRAIGHT_CELLS = 1e-9  # a map that is turned by quarters to less than this, over its whole length, is not tilted
+
+
+def resample(
+    grids: Sequence[OccupancyGrid], placements: Sequence[Similarity]
+) -> tuple[list[NDArray[np.int8]], tuple[int, int]]:
+    """Read grids on one lattice of unit pixels that holds the whole first grid and what is known of the others.
+
+    Parameters
+    ----------
+    grids
+        The maps, at least one.
+    placements
+        For each map the similarity from its pixels to the lattice's.
+
+    Returns
+    -------
+    tuple
+        One occupancy array of shape (H, W) per grid, and the (row, col) of the lattice's pixel (0, 0) in them.
+
+    Raises
+    ------
+    InputError
+        If the lattice would be absurdly large, or a grid has a side of more than 32,766 cells.
+
+    Notes
+    -----
+    Every lattice cell takes the grid's cell that its centre falls in, so a coarse grid leaves no holes. Where a grid is
+    finer or turned, a wall one cell thick could be stepped over; so the lattice cells that a wall's cell centres fall
+    in are walls, too, and those at the corner where two wall cells touch by nothing else. With these a closed ring of
+    wall cells, neighbours by side or corner, stays closed: no path of lattice cells that are neighbours by side leads
+    through it, at any scale and turn. Up to a scale of 1, the marks alone are such a ring, as they lie less than the
+    diagonal of a cell apart. Above it, a step between neighbours is shorter than a wall is thick, and can pass only
+    within half a lattice cell of such a corner, where there are marks.
+    """
+    if (longest := max(max(grid.shape) for grid in grids)) > LONGEST_SIDE_CELLS:
+        raise InputError(f"a side of a map may have {LONGEST_SIDE_CELLS} cells, got {longest}")
+    top, left, height, width = _canvas(grids, placements)
+    shift = Similarity(tx=float(-left), ty=float(-top))
+    layers = [_lay(grid, shift @ pixels, (height, width)) for grid, pixels in zip(grids, placements, strict=True)]
+    return layers, (-top, -left)
+
+
+def _canvas(grids: Sequence[OccupancyGrid], placements: Sequence[Similarity]) -> tuple[int, int, int, int]:
+    """Return top, left, height and width of what holds the first grid and every known cell of the others."""
+    rows, cols = grids[0].shape
+    whole = np.array([[x, y] for x in (-0.5, cols - 0.5) for y in (-0.5, rows - 0.5)])  # (4, 2)
+    corners = [placements[0].apply(whole)]
+    corners += [pixels.apply(_known_ends(g)) for g, pixels in zip(grids[1:], placements[1:], strict=True)]
+    points = np.concatenate(corners)
+    left, top = np.floor(points.min(axis=0) + 0.5 + 1e-6).tolist()
+    right, bottom = np.ceil(points.max(axis=0) + 0.5 - 1e-6).tolist()
+    width, height = max(1.0, right - left), max(1.0, bottom - top)
+    if not (width * height <= MOST_CELLS and max(width, height) <= LONGEST_SIDE_CELLS):
+        raise InputError(f"the merged map would have {width:g} x {height:g} cells: is the scale right?")
+    return int(top), int(left), int(height), int(width)
+
+
+def _known_ends(grid: OccupancyGrid) -> NDArray[np.float64]:
+    """Outer corners of the first and the last known cell of each row, in pixels, (N, 2): they bound every known one."""
+    known = grid.occupancy != UNKNOWN
+    rows = np.flatnonzero(known.any(axis=1))
+    first, last = known[rows].argmax(axis=1), known.shape[1] - 1 - known[rows, ::-1].argmax(axis=1)
+    ends = [np.stack([u, rows + half], axis=1) for u in (first - 0.5, last + 0.5) for half in (-0.5, 0.5)]
+    return np.concatenate(ends)
+
+
+def _lay(grid: OccupancyGrid, pixels: Similarity, shape: tuple[int, int]) -> NDArray[np.int8]:
+    """Resample a grid onto the canvas: unknown where the grid has nothing."""
+    layer = np.full(shape, UNKNOWN, np.int8)
+    ends = pixels.apply(_known_ends(grid))
+    if not len(ends):
+        return layer
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    (left, top), (right, bottom) = np.floor(low).astype(int).clip(0), np.ceil(high).astype(int) + 1
+    cols = slice(left, min(right, shape[1]))
+    for rows in _bands(top, min(bottom, shape[0]), max(1, right - left)):
+        layer[rows, cols] = _nearest(grid, pixels.inverse(), rows, cols)
+    walls = np.argwhere(grid.occupied)  # (N, 2)
+    values = grid.occupancy[walls[:, 0], walls[:, 1]]
+    if not _is_straight(pixels, grid):
+        for points, at in _corner_marks(grid, walls, pixels):
+            _mark(layer, points, values[at])
+    _mark(layer, pixels.apply(walls[:, ::-1]), values)
+    return layer
+
+
+def _bands(first: int, last: int, width: int) -> Iterator[slice]:
+    step = max(1, CELLS_AT_ONCE // width)
+    return (slice(row, min(row + step, last)) for row in range(first, last, step))
+
+
+def _nearest(grid: OccupancyGrid, back: Similarity, rows: slice, cols: slice) -> NDArray[np.int8]:
+    """Read a grid at the lattice pixels of a window, which `back` takes to the grid's; unknown outside."""
+    (a, b, tx), (c, d, ty) = back.matrix
+    along, down = np.arange(cols.start, cols.stop), np.arange(rows.start, rows.stop)[:, np.newaxis]
+    height, width = grid.shape
+    at = np.empty((len(down), len(along), 2), np.int16)  # a longer side than 32,767 has no lattice
+    at[..., 0] = np.floor(a * along + (b * down + (tx + TIE))).clip(-1, width)
+    at[..., 1] = np.floor(c * along + (d * down + (ty + TIE))).clip(-1, height)
+    codes = grid.occupancy.view(np.uint8)  # unknown, -1, reads as 255
+    read = cv2.remap(codes, at, np.empty(0), cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=255)
+    return read.view(np.int8)
+
+
+def _mark(layer: NDArray[np.int8], points: NDArray[np.float64], values: NDArray[np.int8]) -> None:
+    """Write values into the cells that pixel points, shape (N, 2), fall in."""
+    u, v = np.floor(points + TIE).astype(int).T
+    inside = (u >= 0) & (v >= 0) & (u < layer.shape[1]) & (v < layer.shape[0])
+    layer[v[inside], u[inside]] = values[inside]
+
+
+def _is_straight(pixels: Similarity, grid: OccupancyGrid) -> bool:
+    """Tell whether a placement turns by whole quarters: then nothing passes between cells that touch by a corner."""
+    return abs(math.sin(2 * pixels.angle)) * pixels.scale * max(grid.shape) <= STRAIGHT_CELLS
+
+
+def _corner_marks(
+    grid: OccupancyGrid, walls: NDArray[np.intp], pixels: Similarity
+) -> Iterator[tuple[NDArray[np.float64], NDArray[np.intp]]]:
+    """Give points, shape (M, 2), where wall cells touch by a corner alone, and the index of one of the two in `walls`.
+
+    The corner itself, and two points on the line between the centres: as far from it as to be neighbours at a scale
+    above 1, and no farther than the centres below.
+    """
+    is_wall = np.pad(grid.occupied, 1)
+    row, col = walls.T + 1
+    reach = min(0.5, SPREAD_CELLS / (math.sqrt(2) * pixels.scale))
+    for side in (-1, 1):
+        at = np.flatnonzero(is_wall[row + 1, col + side] & ~is_wall[row + 1, col] & ~is_wall[row, col + side])
+        corner, way = walls[at, ::-1] + [0.5 * side, 0.5], np.array([side, 1.0])
+        for t in (-reach, 0.0, reach):
+            yield pixels.apply(corner + t * way), at
