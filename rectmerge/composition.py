@@ -1,25 +1,28 @@
-"""Aligned grids into one, on the first grid's own cells, with the layer where they contradict each other."""
+"""Aligned grids into one, in the first grid's frame, with the layer where they contradict each other."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Literal, get_args
+from typing import Literal
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
-from rectmerge.grid import UNKNOWN, OccupancyGrid, map_frame_to_pixels
+from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.overlap import CONFLICT_REACH_CELLS
 from rectmerge.resampling import resample
+from rectmerge.rules import RULES as RULES  # the names that callers of compose need
+from rectmerge.rules import Rule as Rule
+from rectmerge.rules import merge_layers
 from rectmerge.similarity import Similarity
 
-Rule = Literal["occupied", "free", "log-odds"]
-RULES: tuple[Rule, ...] = get_args(Rule)
-SURE_FREE, SURE_OCCUPIED = 0.1192, 0.971  # OctoMap's clamping bounds: what one map can say at most
+CellsOf = Literal["a", "b", "finer"]
+FINER_BELOW = 0.99  # cells this close in size to A's are not finer: A's own are kept
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,22 +32,30 @@ class Composition:
     Parameters
     ----------
     grid
-        The merged map: A's frame, A's cells, extended by whole cells.
+        The merged map: A's frame, and by default A's cells, extended by whole cells.
     conflict
-        Shape of `grid`: cells where one map has a wall and another has free space with no wall within 2 cells.
+        Shape of `grid`: cells where one map has a wall and another has free space with no wall within 2 cells of A.
     corner
-        (row, col) of A's top-left cell in `grid`.
+        (row, col) of the cell of `grid` that holds A's top-left corner: by default A's own top-left cell.
+    conflict_mass
+        Under the rule "evidence", for each cell of `grid` the mass of conflict, float32, 0..1, and 0 where fewer than
+        two maps know the cell. None under the other rules.
     """
 
     grid: OccupancyGrid
     conflict: NDArray[np.bool_]
     corner: tuple[int, int]
+    conflict_mass: NDArray[np.float32] | None = None
 
 
 def compose(
-    grids: Sequence[OccupancyGrid], b_to_as: Sequence[Similarity | None], *, rule: Rule = "occupied"
+    grids: Sequence[OccupancyGrid],
+    b_to_as: Sequence[Similarity | None],
+    *,
+    rule: Rule = "occupied",
+    resolution: CellsOf | float = "a",
 ) -> Composition:
-    """Merge aligned grids into one on the first grid's cells.
+    """Merge aligned grids into one in the first grid's frame, by default on its own cells.
 
     Parameters
     ----------
@@ -53,31 +64,38 @@ def compose(
     b_to_as
         For each map, the similarity from its map frame to A's; None for A itself, and only for A.
     rule
-        Where maps contradict each other: "occupied" lets a wall win, "free" lets free space win, "log-odds" sums what
-        the maps say. A cell that a single map knows keeps that map's value under every rule.
+        Where maps contradict each other: "occupied" lets a wall win, "free" lets free space win, "newest" the later map
+        in the list, "log-odds" sums what the maps say, and "evidence" combines it by Dempster's rule and tells the mass
+        of conflict. A cell that a single map knows keeps that map's value under every rule.
+    resolution
+        The cells of the merged map: "a" keeps A's, one by one; "b" makes them as large as those of the second map,
+        "finer" as those of the finest; or their side in metres (in cells of A, where A's resolution is not known). The
+        size of another map's cells is what its resolution says, or where A or that map has none, what the placement
+        makes it. A's frame stays: a point of A's map has the same coordinates on the merged one.
 
     Raises
     ------
     InputError
-        If the lists do not match, the rule is unknown, or the merged map would be absurdly large.
+        If the lists do not match, the rule or the resolution cannot be, or the merged map would be absurdly large.
 
     Notes
     -----
-    Every merged cell takes the nearest cell of B, so a coarser B leaves no holes; each wall cell of B also marks the
-    merged cell that its centre falls in, so the thin walls of a finer B stay whole. "log-odds" takes occupancy as a
-    probability between 0.1192 and 0.971 (A. Hornung et al., Autonomous Robots 2013, DOI 10.1007/s10514-012-9321-0), so
-    a wall outweighs one map's free space, but not two maps'.
+    How cells are read, and why thin walls stay closed: `rectmerge.resampling.resample`. The rules:
+    `rectmerge.rules.merge_layers`. Where A's resolution is not known and the cells are not A's, the `resolution` of the
+    merged map is in cells of A, so that A's frame stays.
     """
     _check(grids, b_to_as, rule)
-    a = grids[0]
+    a, size = grids[0], _cell_size(grids, b_to_as, resolution)
+    lattice = _lattice(a, a.cell_size / size)
     placements = [
-        Similarity() if t is None else map_frame_to_pixels(t, a, g) for g, t in zip(grids, b_to_as, strict=True)
+        lattice if t is None else lattice @ map_frame_to_pixels(t, a, g) for g, t in zip(grids, b_to_as, strict=True)
     ]
     layers, (row, col) = resample(grids, placements)
-    merged = _sum_evidence(layers) if rule == "log-odds" else _overlay(layers, wall_wins=rule == "occupied")
-    x, y = a.pixel_to_map([-col - 0.5, merged.shape[0] - row - 0.5])
-    grid = OccupancyGrid(merged, a.resolution, (float(x), float(y), a.origin[2]))
-    return Composition(grid, find_conflict(layers), (row, col))
+    merged, mass = merge_layers(layers, rule)
+    x, y = a.pixel_to_map(lattice.inverse().apply([-col - 0.5, merged.shape[0] - row - 0.5]))
+    grid = OccupancyGrid(merged, a.resolution if size == a.cell_size else size, (float(x), float(y), a.origin[2]))
+    reach = max(1, round(CONFLICT_REACH_CELLS * lattice.scale))
+    return Composition(grid, find_conflict(layers, reach=reach), (row, col), mass)
 
 
 def _check(grids: Sequence[OccupancyGrid], b_to_as: Sequence[Similarity | None], rule: str) -> None:
@@ -91,28 +109,29 @@ def _check(grids: Sequence[OccupancyGrid], b_to_as: Sequence[Similarity | None],
         )
 
 
-def _overlay(layers: Sequence[NDArray[np.int8]], *, wall_wins: bool) -> NDArray[np.int8]:
-    """Let a later layer fill what is unknown, and win where the rule says so."""
-    merged = layers[0].copy()
-    for layer in layers[1:]:
-        old, new = OccupancyGrid(merged), OccupancyGrid(layer)
-        wins = new.occupied & ~old.occupied if wall_wins else new.free & ~old.free
-        fills = (old.unknown & ~new.unknown) | ((merged == UNKNOWN) & (layer != UNKNOWN))
-        merged = np.where(wins | fills, layer, merged)
-    return merged
+def _cell_size(
+    grids: Sequence[OccupancyGrid], b_to_as: Sequence[Similarity | None], resolution: CellsOf | float
+) -> float:
+    """Return the side of a merged cell in units of A's map frame."""
+    a = grids[0]
+    stated = [a.resolution is not None and g.resolution is not None for g in grids]
+    sizes = [g.cell_size * (1.0 if t is None or s else t.scale) for g, t, s in zip(grids, b_to_as, stated, strict=True)]
+    if resolution == "b" and len(grids) < 2:
+        raise InputError("resolution 'b' is that of the second map, and there is only one")
+    if resolution == "finer":
+        return min(sizes) if min(sizes) < FINER_BELOW * a.cell_size else a.cell_size
+    if resolution in ("a", "b"):
+        return sizes[("a", "b").index(resolution)]
+    if isinstance(resolution, str) or not (math.isfinite(resolution) and resolution > 0):
+        raise InputError(f"resolution must be 'a', 'b', 'finer' or a positive number, got {resolution!r}")
+    return float(resolution)
 
 
-def _sum_evidence(layers: Sequence[NDArray[np.int8]]) -> NDArray[np.int8]:
-    probability = np.clip(np.arange(101) / 100.0, SURE_FREE, SURE_OCCUPIED)
-    log_odds = np.append(np.log(probability / (1 - probability)), 0.0).astype(np.float32)  # [-1] is unknown
-    total = np.zeros(layers[0].shape, np.float32)
-    known, single = np.zeros(total.shape, np.uint16), np.full(total.shape, UNKNOWN, np.int8)
-    for layer in layers:
-        total += log_odds[layer]
-        known += layer != UNKNOWN
-        single = np.maximum(single, layer)
-    summed = np.rint(100.0 / (1.0 + np.exp(-total))).astype(np.int8)
-    return np.where(known > 1, summed, single)
+def _lattice(a: OccupancyGrid, factor: float) -> Similarity:
+    """Return the similarity from A's pixels to those of `factor` merged cells per cell, which share A's lower left."""
+    height = a.shape[0]
+    rows = math.ceil(factor * height - 1e-6)
+    return Similarity(factor, 0.0, (factor - 1) / 2, rows - 0.5 - factor * (height - 0.5))
 
 
 def find_conflict(layers: Sequence[NDArray[np.int8]], *, reach: int = CONFLICT_REACH_CELLS) -> NDArray[np.bool_]:

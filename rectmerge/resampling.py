@@ -70,7 +70,9 @@ def _canvas(grids: Sequence[OccupancyGrid], placements: Sequence[Similarity]) ->
     right, bottom = np.ceil(points.max(axis=0) + 0.5 - 1e-6).tolist()
     width, height = max(1.0, right - left), max(1.0, bottom - top)
     if not (width * height <= MOST_CELLS and max(width, height) <= LONGEST_SIDE_CELLS):
-        raise InputError(f"the merged map would have {width:g} x {height:g} cells: is the scale right?")
+        raise InputError(
+            f"the merged map would have {width:g} x {height:g} cells: is the scale right, and the resolution?"
+        )
     return int(top), int(left), int(height), int(width)
 
 

@@ -85,6 +85,16 @@ def test_a_straight_wall_keeps_its_area_on_a_finer_lattice(scale, angle):
     assert 0.8 <= (layer == WALL).sum() / (ring.occupied.sum() * scale**2) <= most
 
 
+@pytest.mark.parametrize("scale", [1.0, 1.5, 2.0, 3.3])
+def test_a_coarser_map_leaves_no_holes(scale):
+    (layer,), _ = resample([OccupancyGrid(np.zeros((30, 30), np.int8))], [Similarity(scale)])
+
+    known = layer == 0
+    rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
+    assert known[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1].all()
+    assert known.sum() == pytest.approx((30 * scale) ** 2, rel=0.1)
+
+
 @pytest.mark.parametrize("quarters", range(4))
 def test_whole_quarters_and_whole_cells_change_no_cell(quarters):
     cells = np.random.default_rng(0).choice([-1, 0, 40, 100], (30, 40)).astype(np.int8)
