@@ -153,7 +153,8 @@ def _results(
 ) -> tuple[dict[str, NDArray[np.uint8]], OccupancyGrid | None]:
     """Draw what is to be written, and merge the maps if the answer is yes."""
     from rectmerge.composition import compose
-    from rectmerge.picture import draw_conflict, draw_overlay
+    from rectmerge.overlay import draw_overlay
+    from rectmerge.picture import draw_conflict
 
     if not found:
         overlays = (draw_overlay(a, b, candidate.pixels) for candidate in found.candidates)

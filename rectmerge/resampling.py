@@ -64,7 +64,7 @@ def _canvas(grids: Sequence[OccupancyGrid], placements: Sequence[Similarity]) ->
     rows, cols = grids[0].shape
     whole = np.array([[x, y] for x in (-0.5, cols - 0.5) for y in (-0.5, rows - 0.5)])  # (4, 2)
     corners = [placements[0].apply(whole)]
-    corners += [pixels.apply(_known_ends(g)) for g, pixels in zip(grids[1:], placements[1:], strict=True)]
+    corners += [pixels.apply(known_ends(g)) for g, pixels in zip(grids[1:], placements[1:], strict=True)]
     points = np.concatenate(corners)
     left, top = np.floor(points.min(axis=0) + 0.5 + 1e-6).tolist()
     right, bottom = np.ceil(points.max(axis=0) + 0.5 - 1e-6).tolist()
@@ -76,7 +76,7 @@ def _canvas(grids: Sequence[OccupancyGrid], placements: Sequence[Similarity]) ->
     return int(top), int(left), int(height), int(width)
 
 
-def _known_ends(grid: OccupancyGrid) -> NDArray[np.float64]:
+def known_ends(grid: OccupancyGrid) -> NDArray[np.float64]:
     """Outer corners of the first and the last known cell of each row, in pixels, (N, 2): they bound every known one."""
     known = grid.occupancy != UNKNOWN
     rows = np.flatnonzero(known.any(axis=1))
@@ -88,7 +88,7 @@ def _known_ends(grid: OccupancyGrid) -> NDArray[np.float64]:
 def _lay(grid: OccupancyGrid, pixels: Similarity, shape: tuple[int, int]) -> NDArray[np.int8]:
     """Resample a grid onto the canvas: unknown where the grid has nothing."""
     layer = np.full(shape, UNKNOWN, np.int8)
-    ends = pixels.apply(_known_ends(grid))
+    ends = pixels.apply(known_ends(grid))
     if not len(ends):
         return layer
     low, high = ends.min(axis=0), ends.max(axis=0)

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from rectmerge.errors import SimulationError
-from rectmerge.picture import beside, draw_map, draw_overlay
+from rectmerge.overlay import draw_overlay
+from rectmerge.picture import beside, draw_map
 from scenarios.pairs import MapPair
 from scenarios.scenario import MissionSource
 from scenarios.variety import draw_sources

@@ -15,8 +15,9 @@ from rectmerge.composition import compose
 from rectmerge.errors import SimulationError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.imagefile import encode_image, replace_file
+from rectmerge.overlay import draw_overlay
 from rectmerge.paper.rmap import rmap
-from rectmerge.picture import beside, draw_map, draw_overlay, draw_rectangles
+from rectmerge.picture import beside, draw_map, draw_rectangles
 from rectmerge.rectangles import Rectangle
 from scenarios.export import MISSION_FILES, write_mission
 from scenarios.outputs import cleared_folder, write_json

@@ -15,6 +15,7 @@ from rectmerge.errors import SimulationError
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.imagefile import replace_file
 from rectmerge.methods import FREE_SCALE
+from rectmerge.overlay import draw_overlay
 from rectmerge.paper.iteration import overlay
 from rectmerge.paper.merging import Paper, Pass
 from rectmerge.paper.orientation import Orientation, largest_neighbours, orthogonal_orientation
@@ -25,7 +26,6 @@ from rectmerge.picture import (
     Picture,
     beside,
     draw_map,
-    draw_overlay,
     draw_parallels,
     draw_rectangles,
     draw_series,
