@@ -145,6 +145,11 @@ class Alignment:
         """The accepted similarity between pixel centres; None unless accepted."""
         return self.candidates[0].pixels if self else None
 
+    def headline(self, number: int = 1) -> str:
+        """Tell the verdict and the confidence in a candidate, 1 being the best, in one line for a picture."""
+        which = "" if self else f": candidate {number} of {len(self.candidates)}"
+        return f"{self.verdict}{which}, confidence {self.candidates[number - 1].confidence:.2f}"
+
     def as_dict(self) -> dict[str, Any]:
         """Return plain data for JSON: the content of ``alignment.json``."""
         best = self.candidates[0] if self.candidates else None

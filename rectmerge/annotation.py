@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -15,6 +15,7 @@ from rectmerge.picture import FONT, LEGEND_PX, Color, Picture, write
 MOST_CIRCLES, CIRCLE_MARGIN_PX, SMALLEST_PLACE_PX = 12, 10, 40
 AXIS_PX = 40
 TITLE_FONT, TITLE_SIZE, LABEL_SIZE = cv2.FONT_HERSHEY_DUPLEX, 0.7, 0.5
+Box = tuple[int, int, int, int]  # left, bottom, width, height
 INK, WHITE = (0, 0, 0), (255, 255, 255)
 
 
@@ -53,34 +54,23 @@ def circle_spots(image: Picture, spots: Sequence[Spot]) -> int:
     return min(len(spots), MOST_CIRCLES)
 
 
-def draw_origin(image: Picture, name: str, color: Color, axes: NDArray[np.float64], *, second: bool) -> None:
-    """Draw a map frame's axes at its origin, or where that is outside, an arrow at the border that points to it.
+def draw_origins(image: Picture, origins: Mapping[str, tuple[Color, NDArray[np.float64]]]) -> None:
+    """Draw the axes of map frames at their origins; for one outside, an arrow at the border that points to it.
 
     Parameters
     ----------
     image
         The picture, drawn on.
-    name
-        What is written beside.
-    color
-        Of the axes.
-    axes
-        Shape (3, 2): the origin, and unit vectors along x and y, in pixels of the picture.
-    second
-        Whether to keep clear of another origin at the same place.
+    origins
+        By name, the colour, and the axes of shape (3, 2): the origin, and unit vectors along x and y, in pixels.
     """
     bounds = np.array(image.shape[1::-1], np.float64) - 1
-    origin, along_x, along_y = axes
-    if not ((origin >= -1) & (origin <= bounds + 1)).all():
-        _point_at(image, f"origin {name}", color, origin, aside_px=40 if second else 0)
-        return
-    for along, letter in ((along_x, "x"), (along_y, "y")):
-        _arrow(image, origin, origin + AXIS_PX * along, color)
-        _label(image, letter, origin + (AXIS_PX + 10) * along, color)
-    outer = origin - 18 * (along_x + along_y)
-    has_room = ((outer >= [40, 12]) & (outer <= bounds - [40, 12])).all()
-    inner = (1.4 if second else 0.8) * AXIS_PX
-    _label(image, f"origin {name}", outer if has_room and not second else origin + inner * (along_x + along_y), color)
+    taken: list[Box] = []
+    for number, (name, (color, axes)) in enumerate(origins.items()):
+        if ((axes[0] >= -1) & (axes[0] <= bounds + 1)).all():
+            _draw_axes(image, f"origin {name}", color, axes, taken)
+        else:
+            _point_at(image, f"origin {name}", color, axes[0], taken, aside_px=40 * number)
 
 
 def with_scale_bar(image: Picture, px_per_unit: float, unit: str) -> Picture:
@@ -129,13 +119,26 @@ def _around(left: NDArray[np.bool_], points: NDArray[np.intp]) -> Spot:
     return Spot((centre[0], centre[1]), radius, int(inside.sum()))
 
 
-def _point_at(image: Picture, label: str, color: Color, target: NDArray[np.float64], *, aside_px: float) -> None:
+def _draw_axes(image: Picture, label: str, color: Color, axes: NDArray[np.float64], taken: list[Box]) -> None:
+    origin, *along = axes
+    for unit, letter in zip(along, "xy", strict=True):
+        _arrow(image, origin, origin + AXIS_PX * unit, color)
+        _label(image, letter, origin + (AXIS_PX + 10) * unit, color, taken)
+    bounds = np.array(image.shape[1::-1], np.float64) - 1
+    outer, inner = origin - 18 * (along[0] + along[1]), origin + AXIS_PX * (along[0] + along[1])
+    has_room = ((outer >= [40, 12]) & (outer <= bounds - [40, 12])).all()
+    _label(image, label, outer if has_room else inner, color, taken)
+
+
+def _point_at(
+    image: Picture, label: str, color: Color, target: NDArray[np.float64], taken: list[Box], *, aside_px: float
+) -> None:
     """Draw an arrow from within a picture to its border, towards a point outside; `aside_px` from the straight way."""
     bounds = np.array(image.shape[1::-1], np.float64) - 1
     way = (target - bounds / 2) / math.hypot(*(target - bounds / 2))
     tip = (target.clip(4, bounds - 4) + aside_px * np.array([way[1], -way[0]])).clip(4, bounds - 4)
     _arrow(image, tip - AXIS_PX * way, tip, color)
-    _label(image, label, tip - (AXIS_PX + 8 + np.abs(way) @ [36, 8]) * way, color)
+    _label(image, label, tip - (AXIS_PX + 8 + np.abs(way) @ [36, 8]) * way, color, taken)
 
 
 def _arrow(image: Picture, start: NDArray[np.float64], end: NDArray[np.float64], color: Color) -> None:
@@ -144,13 +147,22 @@ def _arrow(image: Picture, start: NDArray[np.float64], end: NDArray[np.float64],
         cv2.arrowedLine(image, tail, tip, ink, thickness, cv2.LINE_AA, tipLength=0.25)
 
 
-def _label(image: Picture, text: str, centre: NDArray[np.float64], color: Color) -> None:
-    """Write a label about a point, moved into the picture where it would be cut."""
+def _label(image: Picture, text: str, centre: NDArray[np.float64], color: Color, taken: list[Box]) -> None:
+    """Write a label about a point, moved into the picture where it would be cut, and up or down from what is taken."""
     (width, height), below = cv2.getTextSize(text, FONT, LABEL_SIZE, 3)
-    left, bottom = centre[0] - width / 2, centre[1] + height / 2
-    u = min(max(left, 4), max(4, image.shape[1] - width - 4))
-    v = min(max(bottom, height + 4), image.shape[0] - below - 2)
-    write(image, text, (round(u), round(v)), LABEL_SIZE, color)
+    left = min(max(centre[0] - width / 2, 4), max(4, image.shape[1] - width - 4))
+    boxes = []
+    for shift in (0, -20, 20, -40, 40):
+        bottom = min(max(centre[1] + height / 2 + shift, height + 4), image.shape[0] - below - 2)
+        boxes.append((round(left), round(bottom), width, height + below))
+    box = next((box for box in boxes if not any(_meet(box, other) for other in taken)), boxes[0])
+    taken.append(box)
+    write(image, text, box[:2], LABEL_SIZE, color)
+
+
+def _meet(one: Box, other: Box) -> bool:
+    (left, bottom, width, height), (u, v, w, h) = one, other
+    return left < u + w and u < left + width and bottom - height < v and v - h < bottom
 
 
 def _width(text: str) -> int:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Literal
+from typing import Literal, cast, get_args
 
 import cv2
 import numpy as np
@@ -96,6 +96,25 @@ def compose(
     grid = OccupancyGrid(merged, a.resolution if size == a.cell_size else size, (float(x), float(y), a.origin[2]))
     reach = max(1, round(CONFLICT_REACH_CELLS * lattice.scale))
     return Composition(grid, find_conflict(layers, reach=reach), (row, col), mass)
+
+
+def parse_resolution(text: str) -> CellsOf | float:
+    """Read the `resolution` of `compose` from what people type: a, b, finer or a number.
+
+    Raises
+    ------
+    InputError
+        If it is none of these.
+    """
+    if text in get_args(CellsOf):
+        return cast("CellsOf", text)
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not (math.isfinite(number) and number > 0):
+        raise InputError(f"{text!r} is not a, b, finer or a positive number of metres per cell")
+    return number
 
 
 def _check(grids: Sequence[OccupancyGrid], b_to_as: Sequence[Similarity | None], rule: str) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rectmerge import console
+from rectmerge.errors import InputError
 from rectmerge.mapoptions import DialectName, Grey, MapA, MapB, Resolution, Strict
 from rectmerge.methodoptions import Fields, MethodName, ScaleText, Seed
 
@@ -17,13 +18,23 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rectmerge.alignment import Alignment
-    from rectmerge.composition import Rule
+    from rectmerge.composition import CellsOf, Rule
     from rectmerge.grid import OccupancyGrid
     from rectmerge.methods import Scale
     from rectmerge.robust.certificate import Certificate
 
 Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="The folder for the results.")]
-RuleName = Annotated[str, typer.Option("--rule", metavar="occupied|free|log-odds", help="What wins where maps differ.")]
+RULE_NAMES = "occupied, free, log-odds, evidence or newest"
+RuleName = Annotated[
+    str,
+    typer.Option(
+        "--rule",
+        metavar="RULE",
+        help=f"What wins where maps differ: {RULE_NAMES}.",
+        autocompletion=RULE_NAMES.replace(" or", ",").split(", ").copy,
+    ),
+]
+Cells = Annotated[str, typer.Option(metavar="a|b|finer|METRES", help="The cells of the merged map; a keeps A's own.")]
 GuessText = Annotated[
     str | None, typer.Option("--guess", metavar="X,Y,YAW", help="About where B's frame lies in A's: metres, radians.")
 ]
@@ -54,6 +65,7 @@ def merge(
     pixels: PixelsText = None,
     earlier: Earlier = None,
     rule: RuleName = "occupied",
+    output_resolution: Cells = "a",
     seed: Seed = 0,
     fields: Fields = None,
     certify: Certify = False,
@@ -77,13 +89,14 @@ def merge(
     and the reason says what the walls make of it.
     """
     from rectmerge.answertext import describe
+    from rectmerge.composition import parse_resolution
     from rectmerge.inputs import told_inputs
     from rectmerge.mapoptions import files_of, name_maps, read_maps
     from rectmerge.methodoptions import choose_method, parse_scale
     from rectmerge.placing import Placing, parse_guess, parse_pixels
     from rectmerge.resultfolder import ResultFolder, to_json
 
-    bounds, wins = parse_scale(scale), _check_rule(rule)
+    bounds, wins, cells = parse_scale(scale), _check_rule(rule), parse_resolution(output_resolution)
     solver = choose_method(method, fields or [])
     placing = Placing(
         guess=None if guess is None else parse_guess(guess),
@@ -103,8 +116,10 @@ def merge(
     folder = ResultFolder(output)
     folder.check(files_of(inputs), force=force)
     grid_a, grid_b = read_maps(inputs, quiet=quiet)
+    if cells != "a" and grid_a.resolution is None:
+        raise InputError(f"{a}: its resolution is not known: tell --resolution-a, or keep --output-resolution a")
     found = _with_quality(placing.answer(grid_a, grid_b, method=solver, scale=bounds, seed=seed), grid_a, grid_b)
-    pictures, merged = _results(found, grid_a, grid_b, wins)
+    pictures, merged = _results(found, grid_a, grid_b, wins, cells)
     certificate = _certify(found, grid_a, grid_b, bounds, certify_seconds) if found and certify else None
     told = lay_out(found, grid_a, grid_b) | {"inputs": told_inputs(output, *inputs)}
     if certificate is not None:
@@ -149,7 +164,7 @@ def _certify(found: Alignment, a: OccupancyGrid, b: OccupancyGrid, scale: Scale,
 
 
 def _results(
-    found: Alignment, a: OccupancyGrid, b: OccupancyGrid, rule: Rule
+    found: Alignment, a: OccupancyGrid, b: OccupancyGrid, rule: Rule, cells: CellsOf | float
 ) -> tuple[dict[str, NDArray[np.uint8]], OccupancyGrid | None]:
     """Draw what is to be written, and merge the maps if the answer is yes."""
     from rectmerge.composition import compose
@@ -157,8 +172,8 @@ def _results(
     from rectmerge.picture import draw_conflict
 
     if not found:
-        overlays = (draw_overlay(a, b, candidate.pixels) for candidate in found.candidates)
-        return {f"overlay_{i}.png": overlay for i, overlay in enumerate(overlays, start=1)}, None
-    composition = compose([a, b], [None, found.b_to_a], rule=rule)
-    overlay = draw_overlay(a, b, found.candidates[0].pixels)
+        numbered = enumerate(found.candidates, start=1)
+        return {f"overlay_{i}.png": draw_overlay(a, b, c.pixels, title=found.headline(i)) for i, c in numbered}, None
+    composition = compose([a, b], [None, found.b_to_a], rule=rule, resolution=cells)
+    overlay = draw_overlay(a, b, found.candidates[0].pixels, title=found.headline())
     return {"overlay.png": overlay, "conflict.png": draw_conflict(composition)}, composition.grid

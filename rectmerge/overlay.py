@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge.annotation import Spot, circle_spots, draw_origin, find_spots, with_scale_bar, with_title
+from rectmerge.annotation import Spot, circle_spots, draw_origins, find_spots, with_scale_bar, with_title
 from rectmerge.composition import find_conflict
 from rectmerge.grid import OccupancyGrid
 from rectmerge.overlap import CONFLICT_REACH_CELLS
@@ -28,7 +28,7 @@ from rectmerge.resampling import known_ends, resample
 from rectmerge.similarity import Similarity
 
 ONLY_A, ONLY_B, BOTH, WALL_BOTH = (198, 223, 240), (250, 219, 186), (255, 255, 255), (0, 0, 0)
-MARGIN_PX, SMALLEST_PX = 24, 200  # a smaller picture has no room for its marks
+MARGIN_PX, SMALLEST_PX = 24, 320  # a smaller picture has no room for its marks
 
 
 def draw_overlay(
@@ -62,8 +62,8 @@ def draw_overlay(
     spots = find_spots(np.pad(conflict, MARGIN_PX))
     circled = circle_spots(image, spots)
     to_picture = Similarity(tx=float(left + MARGIN_PX), ty=float(top + MARGIN_PX)) @ zoom @ to_known
-    draw_origin(image, "A", WALL_A, _axes(a, to_picture), second=False)
-    draw_origin(image, "B", WALL_B, _axes(b, to_picture @ pixels), second=True)
+    axes = {"A": (WALL_A, _axes(a, to_picture)), "B": (WALL_B, _axes(b, to_picture @ pixels))}
+    draw_origins(image, axes)
     framed = with_scale_bar(with_legend(image, _legend(spots, circled)), zoom.scale / a.cell_size, a.unit)
     return with_title(framed, title) if title else framed
 

@@ -34,6 +34,16 @@ def test_only_an_accepted_answer_is_true_and_has_a_placement(candidate, verdict)
     assert no.candidates == (candidate,)
 
 
+def test_the_headline_tells_the_verdict_and_the_confidence_in_a_candidate(candidate):
+    both = (candidate, candidate)
+
+    yes = Alignment(verdict="accepted", reason="fits", method="m", candidates=both)
+    no = Alignment(verdict="ambiguous", reason="two fit", method="m", candidates=both)
+
+    assert yes.headline() == "accepted, confidence 0.90"
+    assert no.headline(2) == "ambiguous: candidate 2 of 2, confidence 0.90"
+
+
 def test_json_has_the_keys_that_programs_rely_on(candidate):
     answer = Alignment(
         verdict="accepted",

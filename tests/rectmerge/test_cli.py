@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from rectmerge import cli, console, methods, picture
+from rectmerge import cli, console, methods, overlay, picture
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.mapfile import read_map, write_map
@@ -90,6 +90,47 @@ def test_another_answer_writes_an_overlay_per_candidate_and_no_map(tmp_path, ans
 
     assert names(tmp_path / "out") == {"alignment.json", "overlay_1.png", "overlay_2.png"}
     assert f"{verdict}: told so" in capsys.readouterr().out
+
+
+def test_the_pictures_bear_the_verdict(tmp_path, answer, monkeypatch):
+    titles = []
+    draw = overlay.draw_overlay
+    monkeypatch.setattr(overlay, "draw_overlay", lambda *maps, title: titles.append(title) or draw(*maps, title=title))
+
+    for verdict, count in (("accepted", 1), ("ambiguous", 2)):
+        answer(verdict, candidates=count)
+        rectmerge("merge", A, B, "-o", tmp_path / verdict)
+
+    assert titles == [
+        "accepted, confidence 0.97",
+        "ambiguous: candidate 1 of 2, confidence 0.97",
+        "ambiguous: candidate 2 of 2, confidence 0.97",
+    ]
+
+
+@pytest.mark.parametrize(("cells", "size"), [("a", 0.05), ("b", 0.06), ("finer", 0.05), ("0.1", 0.1)])
+def test_the_merged_map_has_the_cells_that_were_asked_for(tmp_path, answer, cells, size):
+    answer("accepted")
+
+    assert rectmerge("merge", A, B, "-o", tmp_path / "out", "--output-resolution", cells, "--rule", "newest") == 0
+
+    assert read_map(tmp_path / "out" / "merged.yaml").resolution == pytest.approx(size)
+
+
+@pytest.mark.parametrize("cells", ["c", "0", "-1", "nan"])
+def test_cells_that_cannot_be_are_refused(tmp_path, capsys, cells):
+    assert rectmerge("merge", A, B, "-o", tmp_path / "out", "--output-resolution", cells) == 2
+    assert "a, b, finer or a positive number" in capsys.readouterr().err
+
+
+def test_a_false_resolution_is_not_written(tmp_path, answer, capsys):
+    answer("accepted")
+    write_plain(tmp_path / "a.png")
+
+    assert rectmerge("merge", tmp_path / "a.png", B, "-o", tmp_path / "out", "--output-resolution", "finer") == 2
+
+    assert "its resolution is not known" in capsys.readouterr().err
+    assert names(tmp_path / "out") == set()
 
 
 def test_a_no_without_candidates_still_leaves_its_reason(tmp_path, answer):

@@ -16,45 +16,6 @@ def count(image: np.ndarray, color: tuple[int, int, int], *, legend: bool = Fals
     return int((shown == color).all(axis=-1).sum())
 
 
-def test_an_overlay_of_a_map_on_itself_shows_agreement_only():
-    a = drawing.building()
-
-    image = picture.draw_overlay(a, a, Similarity())
-
-    zoom = 7 * 7  # 1200 pixels over 163 cells, a multiple of a half
-    assert count(image, picture.BOTH) == a.free.sum() * zoom
-    assert count(image, picture.WALL_BOTH) == a.occupied.sum() * zoom
-    for color in (picture.ONLY_A, picture.ONLY_B, picture.WALL_A, picture.WALL_B, picture.CONFLICT):
-        assert count(image, color) == 0
-
-
-def test_an_overlay_shows_what_each_map_knows_alone():
-    a = drawing.building()
-
-    image = picture.draw_overlay(a, a, Similarity(tx=500.0))
-
-    assert count(image, picture.ONLY_A) > 0
-    assert count(image, picture.ONLY_A) == pytest.approx(count(image, picture.ONLY_B), rel=0.05)
-    assert count(image, picture.BOTH) == 0
-
-
-def test_a_wrong_placement_shows_conflict_and_a_wall_beside_a_wall_does_not():
-    a = drawing.building()
-
-    assert count(picture.draw_overlay(a, a, Similarity(angle=0.5)), picture.CONFLICT) > 1000
-    assert count(picture.draw_overlay(a, a, Similarity(tx=1.0)), picture.CONFLICT) == 0
-
-
-@pytest.mark.parametrize("scale", [1e-3, 0.2, 1.0, 30.0, 1e4])
-def test_an_overlay_never_grows_beyond_its_size(scale):
-    a = drawing.building()
-
-    height, width, channels = picture.draw_overlay(a, a, Similarity(scale)).shape
-
-    assert channels == 3
-    assert max(height, width) <= picture.SIDE_PX + picture.LEGEND_PX + 4
-
-
 def test_thin_walls_survive_in_the_picture_of_a_large_map():
     occupancy = np.zeros((3000, 3000), np.int8)
     occupancy[1000] = 100
@@ -143,3 +104,16 @@ def test_pictures_beside_each_other_keep_their_pixels():
 
     assert count(image, (7, 7, 7), legend=True) == 2 * 40 * 50
     assert count(image, (9, 9, 9), legend=True) == 60 * 80
+
+
+def test_a_legend_takes_more_rows_where_the_picture_is_narrow_and_is_never_cut():
+    entries = {f"colour number {i}": (i, 50, 50) for i in range(5)}
+
+    wide, narrow, tiny = (picture.with_legend(np.zeros((10, width, 3), np.uint8), entries) for width in (1200, 400, 10))
+
+    assert wide.shape == (10 + picture.LEGEND_PX, 1200, 3)
+    assert narrow.shape == (10 + 3 * picture.LEGEND_PX, 400, 3)
+    assert tiny.shape[0] == 10 + 5 * picture.LEGEND_PX
+    for image in (wide, narrow, tiny):
+        assert (image[10:, -2:] == 255).all()
+        assert all((image == color).all(axis=-1).any() for color in entries.values())

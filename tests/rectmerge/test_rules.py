@@ -1,4 +1,5 @@
 from itertools import permutations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -96,3 +97,13 @@ def test_the_newest_map_that_knows_a_cell_wins(layers):
     for where in np.argwhere(np.any(known, axis=0)):
         last = max(i for i, mask in enumerate(known) if mask[tuple(where)])
         assert merged[tuple(where)] == layers[last][tuple(where)]
+
+
+def test_the_snippet_of_the_page_on_composing_runs(monkeypatch, capsys):
+    root = Path(__file__).parents[2]
+    monkeypatch.chdir(root)
+    snippet = (root / "docs" / "composing.md").read_text().split("```python\n")[1].split("```")[0]
+
+    exec(compile(snippet, "composing.md", "exec"), {})
+
+    assert "of the cells are in doubt" in capsys.readouterr().out
