@@ -166,7 +166,7 @@ def _shifted(value: Any, by: int) -> Any:
         return replace(value, first=value.first + by)
     if isinstance(value, tuple):
         return tuple(_shifted(item, by) for item in value)
-    changed = {name: new for name, part in _parts(value).items() if (new := _shifted(part, by)) != part}
+    changed = {name: new for name, part in _parts(value).items() if (new := _shifted(part, by)) is not part}
     return replace(value, **changed) if changed else value
 
 
