@@ -168,7 +168,15 @@ class PlacedMap:
         return float(np.sqrt((off**2).sum(axis=1).mean()))
 
 
-def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: np.random.SeedSequence) -> PlacedMap:
+def place_map(
+    log: RobotLog,
+    lidar: Lidar,
+    spec: MapSpec,
+    *,
+    noise: int,
+    seed: np.random.SeedSequence,
+    laid_by: NDArray[np.float64] | None = None,
+) -> PlacedMap:
     """Build, damage, crop and turn one robot's map.
 
     Parameters
@@ -181,6 +189,9 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
         Noise level 0 to 3, of the scanner and of the cells.
     seed
         Of the turn, the grid's phase and the wheels, which do not depend on the noise level, and of the noise.
+    laid_by
+        Poses (S, 3) that the scans are laid down by, of a robot whose wheels are its own; None estimates them as the
+        spec says.
     """
     of_frame, of_scans, of_cells, of_poses, of_more = (np.random.default_rng(child) for child in seed.spawn(5))
     drawn, phase = of_frame.uniform(-180.0, 180.0), of_frame.uniform(0.0, spec.resolution, 2)
@@ -189,7 +200,18 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
     frame = (float(log.poses[0, 0] + phase[0]), float(log.poses[0, 1] + phase[1]), yaw)  # about where the robot started
     strength = noise_strength(noise)
     ranges = lidar.observe(log.ranges, log.glass, of_scans, level=strength) if strength else lidar.limit(log.ranges)
-    poses, built = _laid_down(log, lidar, spec, ranges, frame, of_poses)
+    if laid_by is None:
+        laid_by = _estimated(log, lidar, spec, ranges, of_poses)
+    built = build_map(
+        laid_by,
+        lidar.angles,
+        ranges,
+        resolution=spec.resolution,
+        max_range_m=lidar.max_range_m,
+        frame=frame,
+        hit=spec.hit,
+        miss=spec.miss,
+    )
     damaged = corrupt(damage(built, noise, of_cells), spec.corruption, seed=int(of_more.integers(1 << 62)))
     upright = damaged.grid
     if spec.extent_cells is not None:
@@ -202,7 +224,7 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
     return PlacedMap(
         grid=grid,
         turn_deg=turn_deg,
-        poses=poses,
+        poses=laid_by,
         true_poses=log.poses,
         _built=built,
         _damaged=damaged,
@@ -212,16 +234,11 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
     )
 
 
-def _laid_down(
-    log: RobotLog,
-    lidar: Lidar,
-    spec: MapSpec,
-    ranges: NDArray[np.float64],
-    frame: tuple[float, float, float],
-    rng: np.random.Generator,
-) -> tuple[NDArray[np.float64], OccupancyGrid]:
-    """Estimate the poses (S, 3) of the scans that were read, and lay these down by them."""
-    poses = estimate_poses(
+def _estimated(
+    log: RobotLog, lidar: Lidar, spec: MapSpec, ranges: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Estimate the poses (S, 3) of the scans that were read."""
+    return estimate_poses(
         spec.poses,
         poses=log.poses,
         angles=lidar.angles,
@@ -231,17 +248,6 @@ def _laid_down(
         loop_closure=spec.loop_closure,
         slam=spec.slam,
     )
-    grid = build_map(
-        poses,
-        lidar.angles,
-        ranges,
-        resolution=spec.resolution,
-        max_range_m=lidar.max_range_m,
-        frame=frame,
-        hit=spec.hit,
-        miss=spec.miss,
-    )
-    return poses, grid
 
 
 def crop_to_known(grid: OccupancyGrid, size: Size) -> OccupancyGrid:

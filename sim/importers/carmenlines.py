@@ -89,7 +89,7 @@ def _robotlaser(words: list[bytes]) -> Scan:
     require_words(words, after + least, after + least + 2)
     _, start, fov, step, maximum_m, *_ = finite(words[1 : CONFIG + 1])
     step = step if step > 0 else fov / max(1, count - 1)
-    if not 0 <= step * (count - 1) < 2 * math.pi + ROUNDED:
+    if count > 1 and not 0 < step * (count - 1) < 2 * math.pi + ROUNDED:
         raise InputError(f"{count} readings {math.degrees(step):g} degrees apart are no scan")
     stamp = finite([*words[after : after + POSES], words[after + POSES + VELOCITIES]])
     laser = Laser(ROBOTLASER, count, start, step, maximum_m if maximum_m > 0 else None)
