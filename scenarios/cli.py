@@ -12,7 +12,7 @@ import typer
 from rectmerge import console
 from rectmerge.console import Debug, Quiet, Version
 from rectmerge.errors import InputError
-from scenarios import datasetcommands, methodcommands, picturecommands, trustcommands
+from scenarios import carmencommands, datasetcommands, methodcommands, picturecommands, trustcommands
 from scenarios.leaderboard import commands as leaderboardcommands
 from scenarios.terminal import progress, summary_table, table, told_of_earlier_rows, told_of_rows
 
@@ -107,6 +107,7 @@ def run(
 
 
 app.command()(datasetcommands.generate)
+app.command()(carmencommands.carmen)
 app.command()(datasetcommands.verify)
 app.command()(trustcommands.calibrate)
 app.command()(trustcommands.trust)

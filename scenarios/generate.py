@@ -61,6 +61,7 @@ def generate(
     executor: Executor | None = None,
     in_flight: int = IN_FLIGHT,
     force: bool = False,
+    command: str | None = None,
     on_done: Callable[[int], None] = lambda pairs: None,
 ) -> dict[str, Any]:
     """Make a data set of a suite, or go on where an earlier call with the same arguments was interrupted.
@@ -81,6 +82,8 @@ def generate(
         How many missions are handed to the executor at a time.
     force
         Clear another data set in the folder first.
+    command
+        What the card says the data set was made by; `rectbench generate` unless given.
     on_done
         Told how many more pairs are done with; at first, those of an earlier call.
 
@@ -109,7 +112,8 @@ def generate(
         for package in _packages(executor, in_flight, (job for job in jobs if job.source.source_id not in writer.done)):
             writer.write(package)
             on_done(len(package.rows) + len(package.failed))
-        return writer.finish({"title": suite.title, "description": suite.description})
+        about = {"title": suite.title, "description": suite.description}
+        return writer.finish(about if command is None else {**about, "command": command})
 
 
 def told(info: Mapping[str, Any], *, as_json: bool = False) -> str:
