@@ -140,13 +140,12 @@ class CarmenSuite:
 
     def __post_init__(self) -> None:
         if self.pairs < 1 or self.seed < 0 or self.pairs > SEED_STRIDE:
-            raise InputError(
-                f"pairs must be 1 to {SEED_STRIDE} and seed >= 0, got {self.pairs} and {self.seed}"
-            )  # fmt: skip
+            raise InputError(f"pairs must be 1 to {SEED_STRIDE} and seed >= 0, got {self.pairs} and {self.seed}")
         if not MARGIN <= self.cut <= 1 - MARGIN:
             raise InputError(f"cut must be {MARGIN} to {1 - MARGIN} of the log, got {self.cut}")
         if not 0 <= self.shared <= 1:
             raise InputError(f"shared must be 0 to 1 of the log, got {self.shared}")
+        self._specs()
         robot = self.survey.robot
         data = b"".join(part.tobytes() for part in (robot.times, robot.poses, robot.odometry, robot.ranges))
         told = f"{self.survey.lidar} {self.survey.is_matched}".encode()
@@ -170,9 +169,6 @@ class CarmenSuite:
 
     def sources(self) -> list[CutSource]:
         """Return one source per pair."""
-        specs = tuple(
-            MapSpec(resolution=resolution, turn_deg="random") for resolution in (self.resolution_a, self.resolution_b)
-        )
         return [
             CutSource(
                 suite=self.name,
@@ -181,10 +177,14 @@ class CarmenSuite:
                 survey=self.survey,
                 cut=cut,
                 shared=self.shared,
-                specs=(specs[0], specs[1]),
+                specs=self._specs(),
             )
             for number, cut in enumerate(self._cuts())
         ]
+
+    def _specs(self) -> tuple[MapSpec, MapSpec]:
+        a, b = (MapSpec(resolution=cell_m, turn_deg="random") for cell_m in (self.resolution_a, self.resolution_b))
+        return a, b
 
     def _cuts(self) -> list[float]:
         if self.pairs == 1:

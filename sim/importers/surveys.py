@@ -21,7 +21,7 @@ from sim.posing import Slam, match_scans
 
 PoseChoice = Literal["auto", "log", "match"]
 STILL_M, STILL_RAD = 0.05, math.radians(2.0)  # a scan that moved less since the last one shows nothing new
-MOST_KEYS = 600  # key scans of a graph that is solved with dense matrices
+MOST_KEYS = 1000  # key scans of a graph that is solved with dense matrices: more cost minutes
 WHOLE = 1e-3  # of a beam; numbers in logs are rounded
 WINDOW_M, WINDOW_DEG = 0.3, 10.0  # real wheels slip, and scans may lie far apart
 
@@ -107,7 +107,7 @@ def survey(
     -----
     A scan is kept where the robot moved by 5 cm or 2 degrees since the last that was. Scans are matched as
     `sim.posing.match_scans` does, with loop closure, from the odometry; the longer the way, the fewer scans are key
-    scans, so that there are some hundreds.
+    scans, so that there are a thousand or two at the most.
     """
     if poses not in get_args(PoseChoice):
         raise InputError(f"poses must be one of {', '.join(get_args(PoseChoice))}, got {poses!r}")
