@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -30,8 +30,10 @@ def carmen(
     resolution_b: Annotated[float | None, typer.Option(metavar="M", help="Of map B; as A unless given.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Of the maps' turns; 0 unless given.")] = None,
     poses: Annotated[
-        Literal["auto", "log", "match"],
-        typer.Option(help="Corrected ones where there are, else matched; as they stand; matched."),
+        str,
+        typer.Option(
+            metavar="auto|log|match", help="Corrected ones where there are, else matched; as they stand; matched."
+        ),
     ] = "auto",
     every: Annotated[int, typer.Option(min=1, metavar="N", help="Keep every N-th scan only.")] = 1,
     force: Annotated[bool, typer.Option("--force", help="Clear an earlier result in the folder first.")] = False,
@@ -49,15 +51,16 @@ def carmen(
     whose odometry was itself corrected is laid down as it is with --poses log.
     """
     from sim.importers import read_carmen
-    from sim.importers.surveys import survey
+    from sim.importers.surveys import pose_choice, survey
 
     asked = {"--cut": cut, "--shared": shared, "--resolution-b": resolution_b, "--seed": seed}
     given = {name: value for name, value in asked.items() if value is not None}
     if pairs is None and given:
         raise InputError(f"{next(iter(given))} says how pairs are made: give --pairs N too")
+    choice = pose_choice(poses)
     read = read_carmen(log, every=every)
     with progress(len(read.times), quiet) as advance:
-        seen = survey(read, poses=poses, on_scan=lambda scans: advance(scans, "scans"))
+        seen = survey(read, poses=choice, on_scan=lambda scans: advance(scans, "scans"))
     if pairs is None:
         _write_map(seen, output, resolution=resolution, force=force)
         return

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,8 +109,7 @@ def survey(
     `sim.posing.match_scans` does, with loop closure, from the odometry; the longer the way, the fewer scans are key
     scans, so that there are a thousand or two at the most.
     """
-    if poses not in get_args(PoseChoice):
-        raise InputError(f"poses must be one of {', '.join(get_args(PoseChoice))}, got {poses!r}")
+    pose_choice(poses)
     is_matched = poses == "match" or (poses == "auto" and log.poses is None)
     told = log.odometry if is_matched or log.poses is None else log.poses
     kept = _moved_on(told)
@@ -127,6 +126,14 @@ def survey(
         on_scan(len(kept) - 1)
     robot = RobotLog(times=log.times[kept], poses=laid, odometry=odometry, ranges=ranges)
     return Survey(robot=robot, lidar=lidar, is_matched=is_matched)
+
+
+def pose_choice(name: str) -> PoseChoice:
+    """Return a name as a choice of poses, or raise InputError where it is none."""
+    for choice in get_args(PoseChoice):
+        if name == choice:
+            return cast(PoseChoice, choice)
+    raise InputError(f"poses must be one of {', '.join(get_args(PoseChoice))}, got {name!r}")
 
 
 def _moved_on(poses: NDArray[np.float64]) -> NDArray[np.int64]:

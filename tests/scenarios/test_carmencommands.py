@@ -74,6 +74,7 @@ def test_the_same_words_give_the_same_bytes(tmp_path, log):
         (("--pairs", 1, "--cut", 2.0), "cut must be 0.1 to 0.9"),
         (("--pairs", 1, "--resolution", 7.0), "resolution must be 0.005 to 1"),
         (("--resolution", 0.0), "resolution must be a positive number"),
+        (("--poses", "odometry"), "poses must be one of auto, log, match, got 'odometry'"),
         (("--every", 40), "of 5 scans moved on; a map needs 10"),
     ],
 )
