@@ -202,16 +202,7 @@ def place_map(
     ranges = lidar.observe(log.ranges, log.glass, of_scans, level=strength) if strength else lidar.limit(log.ranges)
     if laid_by is None:
         laid_by = _estimated(log, lidar, spec, ranges, of_poses)
-    built = build_map(
-        laid_by,
-        lidar.angles,
-        ranges,
-        resolution=spec.resolution,
-        max_range_m=lidar.max_range_m,
-        frame=frame,
-        hit=spec.hit,
-        miss=spec.miss,
-    )
+    built = _built(lidar, spec, ranges, frame, laid_by)
     damaged = corrupt(damage(built, noise, of_cells), spec.corruption, seed=int(of_more.integers(1 << 62)))
     upright = damaged.grid
     if spec.extent_cells is not None:
@@ -247,6 +238,25 @@ def _estimated(
         rng=rng,
         loop_closure=spec.loop_closure,
         slam=spec.slam,
+    )
+
+
+def _built(
+    lidar: Lidar,
+    spec: MapSpec,
+    ranges: NDArray[np.float64],
+    frame: tuple[float, float, float],
+    poses: NDArray[np.float64],
+) -> OccupancyGrid:
+    return build_map(
+        poses,
+        lidar.angles,
+        ranges,
+        resolution=spec.resolution,
+        max_range_m=lidar.max_range_m,
+        frame=frame,
+        hit=spec.hit,
+        miss=spec.miss,
     )
 
 
