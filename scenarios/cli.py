@@ -13,7 +13,7 @@ from rectmerge import console
 from rectmerge.console import Debug, Quiet, Version
 from rectmerge.errors import InputError
 from rectmerge.extras import SIMULATOR, require_extras
-from scenarios import datasetcommands, methodcommands, picturecommands, trustcommands
+from scenarios import carmencommands, datasetcommands, methodcommands, picturecommands, trustcommands
 from scenarios.leaderboard import commands as leaderboardcommands
 from scenarios.terminal import progress, summary_table, table, told_of_earlier_rows, told_of_rows
 
@@ -109,6 +109,7 @@ def run(
 
 
 app.command()(datasetcommands.generate)
+app.command()(carmencommands.carmen)
 app.command()(datasetcommands.verify)
 app.command()(trustcommands.calibrate)
 app.command()(trustcommands.trust)

@@ -96,7 +96,8 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
     Parameters
     ----------
     info
-        The content of ``dataset_info.json``: suite, seed, title, description, splits, discarded, failed.
+        The content of ``dataset_info.json``: suite, seed, title, description, splits, discarded, failed; `command`
+        where `rectbench generate` did not make it.
     sample
         One of its maps, by its path in the data set.
     folder
@@ -106,6 +107,8 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
     command = f"rectbench generate {info['suite']} -o {folder} --seed {info['seed']}"
     has_bags = info.get("format") == "mcap"
     command += " --format mcap" if has_bags else ""
+    if info["pairs"] is not None:
+        command = f"{command} --pairs {info['pairs']}"
     title = str(info.get("title") or info["suite"])
     return TEXT.format(
         title=title,
@@ -115,7 +118,7 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
         picture=PICTURE,
         sample=sample,
         split=sample.partition("/")[0],
-        command=command if info["pairs"] is None else f"{command} --pairs {info['pairs']}",
+        command=info.get("command", command),
         splits="\n".join(f"| {name} | {told['pairs']} | {told['related']} |" for name, told in splits.items()),
         bag=BAG if has_bags else "",
         failed=len(info["failed"]),

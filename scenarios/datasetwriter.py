@@ -100,7 +100,7 @@ class DataSetWriter:
         Parameters
         ----------
         about
-            What the card and the info say of it: `title`, `description` and `versions`.
+            What the card and the info say of it: `title`, `description` and perhaps the `command`.
 
         Returns
         -------

@@ -67,6 +67,7 @@ def generate(
     executor: Executor | None = None,
     in_flight: int = IN_FLIGHT,
     force: bool = False,
+    command: str | None = None,
     on_done: Callable[[int], None] = lambda pairs: None,
 ) -> dict[str, Any]:
     """Make a data set of a suite, or go on where an earlier call with the same arguments was interrupted.
@@ -89,6 +90,8 @@ def generate(
         How many missions are handed to the executor at a time.
     force
         Clear another data set in the folder first.
+    command
+        What the card says the data set was made by; `rectbench generate` unless given.
     on_done
         Told how many more pairs are done with; at first, those of an earlier call.
 
@@ -118,7 +121,8 @@ def generate(
         for package in _packages(executor, in_flight, (job for job in jobs if job.source.source_id not in writer.done)):
             writer.write(package)
             on_done(len(package.rows) + len(package.failed))
-        return writer.finish({"title": suite.title, "description": suite.description})
+        about = {"title": suite.title, "description": suite.description}
+        return writer.finish(about if command is None else {**about, "command": command})
 
 
 def check_form(suite: PairSuite, form: Form) -> None:
@@ -194,7 +198,7 @@ def _shifted(value: Any, by: int) -> Any:
         return replace(value, first=value.first + by)
     if isinstance(value, tuple):
         return tuple(_shifted(item, by) for item in value)
-    changed = {name: new for name, part in _parts(value).items() if (new := _shifted(part, by)) != part}
+    changed = {name: new for name, part in _parts(value).items() if (new := _shifted(part, by)) is not part}
     return replace(value, **changed) if changed else value
 
 

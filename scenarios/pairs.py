@@ -143,7 +143,31 @@ def make_pair(
     of_a, of_b, of_points = np.random.SeedSequence(seed).spawn(3)
     a = place_map(log.a, log.spec.a.lidar, spec_a, noise=noise, seed=of_a)
     b = place_map(log.b, log.spec.b.lidar, spec_b, noise=noise, seed=of_b)
-    points = control_points(log, a, b, np.random.default_rng(of_points))
+    return pair_of(
+        a,
+        b,
+        control_points(log, a, b, np.random.default_rng(of_points)),
+        pair_id=pair_id,
+        suite=suite,
+        place=place or f"{log.world.family}-{log.world.seed}",
+        info=_info(log, {"a": spec_a, "b": spec_b}, {"a": a, "b": b}, seed, noise),
+    )
+
+
+def pair_of(
+    a: PlacedMap,
+    b: PlacedMap,
+    points: NDArray[np.float64] | None,
+    *,
+    pair_id: str,
+    suite: str,
+    place: str,
+    info: Mapping[str, Any],
+) -> MapPair:
+    """Make a pair of two maps and the surface points that both show, (N, 4); without any it is unrelated.
+
+    The truth, its residual, the overlap and whether the pair is bent follow; `info` is added to.
+    """
     pixels = residual = overlap = None
     if points is not None:
         pixels = Similarity.fit(points[:, 2:], points[:, :2])
@@ -158,12 +182,9 @@ def make_pair(
         control_points=points,
         residual_px=residual,
         suite=suite,
-        place=place or f"{log.world.family}-{log.world.seed}",
+        place=place,
         overlap=overlap,
-        info={
-            **_info(log, {"a": spec_a, "b": spec_b}, {"a": a, "b": b}, seed, noise),
-            "bent": residual is not None and is_bent(residual / known_extent(a.grid)),
-        },
+        info={**info, "bent": residual is not None and is_bent(residual / known_extent(a.grid))},
         poses=(a.poses, b.poses),
     )
 
@@ -223,12 +244,19 @@ def _info(
         "pose_source": "/".join(dict.fromkeys(spec.poses for spec in specs.values())),
     }
     for name, robot in (("a", log.a), ("b", log.b)):
-        info[f"resolution_{name}"] = maps[name].resolution
-        info[f"origin_{name}"] = list(maps[name].origin)
-        info[f"turn_{name}_deg"] = maps[name].turn_deg
-        info[f"turn_{name}"] = specs[name].turn
-        info[f"pose_source_{name}"] = specs[name].poses
-        info[f"ate_{name}_m"] = maps[name].ate_m
+        info |= map_info(name, maps[name], specs[name])
         info[f"rooms_{name}"] = len(set(robot.rooms))
         info[f"note_{name}"] = robot.note
     return info
+
+
+def map_info(name: str, placed: PlacedMap, spec: MapSpec) -> dict[str, Any]:
+    """Say how a map, named "a" or "b", was made."""
+    return {
+        f"resolution_{name}": placed.resolution,
+        f"origin_{name}": list(placed.origin),
+        f"turn_{name}_deg": placed.turn_deg,
+        f"turn_{name}": spec.turn,
+        f"pose_source_{name}": spec.poses,
+        f"ate_{name}_m": placed.ate_m,
+    }

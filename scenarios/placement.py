@@ -6,15 +6,15 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rectmerge.errors import InputError
-from rectmerge.grid import UNKNOWN, OccupancyGrid
+from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 from scenarios.corruption import Damaged, check_damages, corrupt, damage, noise_strength
 from scenarios.corruption.geometry import Size, turn_image
+from scenarios.cropping import crop_to_known
 from sim.lidar import Lidar
 from sim.mapping import HIT, LIMIT, MISS, build_map
 from sim.missionlog import RobotLog
@@ -169,7 +169,15 @@ class PlacedMap:
         return float(np.sqrt((off**2).sum(axis=1).mean()))
 
 
-def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: np.random.SeedSequence) -> PlacedMap:
+def place_map(
+    log: RobotLog,
+    lidar: Lidar,
+    spec: MapSpec,
+    *,
+    noise: int,
+    seed: np.random.SeedSequence,
+    laid_by: NDArray[np.float64] | None = None,
+) -> PlacedMap:
     """Build, damage, crop and turn one robot's map.
 
     Parameters
@@ -182,6 +190,9 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
         Noise level 0 to 3, of the scanner and of the cells.
     seed
         Of the turn, the grid's phase and the wheels, which do not depend on the noise level, and of the noise.
+    laid_by
+        Poses (S, 3) that the scans are laid down by, of a robot whose wheels are its own; None estimates them as the
+        spec says.
     """
     of_frame, of_scans, of_cells, of_poses, of_more = _streams(seed)
     drawn, phase = of_frame.uniform(-180.0, 180.0), of_frame.uniform(0.0, spec.resolution, 2)
@@ -189,7 +200,9 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
     yaw = -math.radians(turn_deg) if spec.turn == "frame" else 0.0
     frame = (float(log.poses[0, 0] + phase[0]), float(log.poses[0, 1] + phase[1]), yaw)  # about where the robot started
     ranges = _read_out(log, lidar, noise, of_scans)
-    poses, built = _laid_down(log, lidar, spec, ranges, frame, of_poses)
+    if laid_by is None:
+        laid_by = _estimated(log, lidar, spec, ranges, of_poses)
+    built = _built(lidar, spec, ranges, frame, laid_by)
     damaged = corrupt(damage(built, noise, of_cells), spec.corruption, seed=int(of_more.integers(1 << 62)))
     upright = damaged.grid
     if spec.extent_cells is not None:
@@ -202,7 +215,7 @@ def place_map(log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: n
     return PlacedMap(
         grid=grid,
         turn_deg=turn_deg,
-        poses=poses,
+        poses=laid_by,
         true_poses=log.poses,
         _built=built,
         _damaged=damaged,
@@ -241,16 +254,11 @@ def _read_out(log: RobotLog, lidar: Lidar, noise: int, rng: np.random.Generator)
     return lidar.observe(log.ranges, log.glass, rng, level=strength) if strength else lidar.limit(log.ranges)
 
 
-def _laid_down(
-    log: RobotLog,
-    lidar: Lidar,
-    spec: MapSpec,
-    ranges: NDArray[np.float64],
-    frame: tuple[float, float, float],
-    rng: np.random.Generator,
-) -> tuple[NDArray[np.float64], OccupancyGrid]:
-    """Estimate the poses (S, 3) of the scans that were read, and lay these down by them."""
-    poses = estimate_poses(
+def _estimated(
+    log: RobotLog, lidar: Lidar, spec: MapSpec, ranges: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Estimate the poses (S, 3) of the scans that were read."""
+    return estimate_poses(
         spec.poses,
         poses=log.poses,
         angles=lidar.angles,
@@ -260,7 +268,16 @@ def _laid_down(
         loop_closure=spec.loop_closure,
         slam=spec.slam,
     )
-    grid = build_map(
+
+
+def _built(
+    lidar: Lidar,
+    spec: MapSpec,
+    ranges: NDArray[np.float64],
+    frame: tuple[float, float, float],
+    poses: NDArray[np.float64],
+) -> OccupancyGrid:
+    return build_map(
         poses,
         lidar.angles,
         ranges,
@@ -270,25 +287,3 @@ def _laid_down(
         hit=spec.hit,
         miss=spec.miss,
     )
-    return poses, grid
-
-
-def crop_to_known(grid: OccupancyGrid, size: Size) -> OccupancyGrid:
-    """Cut the window of a size (width, height) that holds the most known cells; unknown where the map ends.
-
-    Of equally good windows the one nearest to the map's middle is taken. The map frame stays where it is.
-    """
-    width, height = size
-    pad_x, pad_y = max(0, width - grid.shape[1]), max(0, height - grid.shape[0])
-    left, top = pad_x // 2, pad_y // 2
-    around = ((top, pad_y - top), (left, pad_x - left))
-    cells = np.pad(grid.occupancy, around, constant_values=UNKNOWN)
-    sums = cv2.integral((cells != UNKNOWN).astype(np.uint8))
-    held = sums[height:, width:] - sums[:-height, width:] - sums[height:, :-width] + sums[:-height, :-width]
-    rows, cols = np.nonzero(held == held.max())
-    middle = (rows - (held.shape[0] - 1) / 2) ** 2 + (cols - (held.shape[1] - 1) / 2) ** 2
-    row, col = int(rows[np.argmin(middle)]), int(cols[np.argmin(middle)])
-    part = cells[row : row + height, col : col + width]
-    corner = [col - left - 0.5, row - top + height - 0.5]  # pixel of the window's lower-left corner, in the old image
-    x, y = grid.pixel_to_map(corner)
-    return OccupancyGrid(part, grid.resolution, (float(x), float(y), grid.origin[2]))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -22,8 +24,35 @@ SURFACE_WITHIN_M = 0.1  # of a wall or a thing that both visits find; elsewhere 
 BENT_ABOVE = 0.015  # residual over L
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Seen:
+    """What one robot hit, and the map that was made of it.
+
+    Parameters
+    ----------
+    points
+        Where it truly lies in the world, shape (N, 2), metres.
+    scans
+        Which scan hit it, shape (N,).
+    placed
+        The map.
+    """
+
+    points: NDArray[np.float64]
+    scans: NDArray[np.int64]
+    placed: PlacedMap
+
+    @classmethod
+    def of(cls, robot: RobotLog, lidar: Lidar, placed: PlacedMap) -> Seen:
+        """Gather what a robot hit with its scanner."""
+        ranges = lidar.limit(robot.ranges)
+        hit = np.isfinite(ranges)
+        points = scan_points(robot.poses, lidar.angles, np.where(hit, ranges, 0.0))[hit]
+        return cls(points=points, scans=np.nonzero(hit)[0], placed=placed)
+
+
 def control_points(log: MissionLog, a: PlacedMap, b: PlacedMap, rng: np.random.Generator) -> NDArray[np.float64] | None:
-    """Choose surface points that both robots hit and both maps show.
+    """Choose surface points of a mission's building that both robots hit and both maps show.
 
     Parameters
     ----------
@@ -37,6 +66,40 @@ def control_points(log: MissionLog, a: PlacedMap, b: PlacedMap, rng: np.random.G
     Returns
     -------
     NDArray or None
+        As from `common_points`.
+    """
+    seen_a, seen_b = Seen.of(log.a, log.spec.a.lidar, a), Seen.of(log.b, log.spec.b.lidar, b)
+
+    def is_surface(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        beside = np.ones(len(points), dtype=np.bool_)
+        for height_m in {robot.lidar.height_m for robot in (log.spec.a, log.spec.b)}:
+            beside &= _is_surface(log.world, points, height_m)
+        return beside
+
+    return common_points(seen_a, seen_b, rng, is_surface=is_surface)
+
+
+def common_points(
+    a: Seen,
+    b: Seen,
+    rng: np.random.Generator,
+    *,
+    is_surface: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None,
+) -> NDArray[np.float64] | None:
+    """Choose surface points that two robots hit and both maps show.
+
+    Parameters
+    ----------
+    a, b
+        What they hit, in one world.
+    rng
+        Of the choice.
+    is_surface
+        Tells which points (M, 2) may be chosen, where the world is known; else all may that both hit and show.
+
+    Returns
+    -------
+    NDArray or None
         Shape (N, 4), rows (ua, va, ub, vb), 20 <= N <= 400; None where there are fewer.
 
     Notes
@@ -44,20 +107,16 @@ def control_points(log: MissionLog, a: PlacedMap, b: PlacedMap, rng: np.random.G
     The point is A's first reading of a surface cell, where it truly lies. Each map places it by the pose that it gave
     to one of its own scans that hit the cell, drawn from all of them: where most readings lie, there the map's wall is.
     """
-    points_a, scans_a = _surface(log.a, log.spec.a.lidar)
-    points_b, scans_b = _surface(log.b, log.spec.b.lidar)
-    keys_a, keys_b = _keys(points_a), _keys(points_b)
+    keys_a, keys_b = _keys(a.points), _keys(b.points)
     common, first, _ = np.intersect1d(keys_a, keys_b, return_indices=True)
     if not len(common):
         return None
-    world = points_a[first]  # (M, 2)
+    world = a.points[first]  # (M, 2)
     of_a, of_b = rng.spawn(2)
-    in_a = a.shown_at(world, scans_a[_any_of(common, keys_a, of_a)])
-    in_b = b.shown_at(world, scans_b[_any_of(common, keys_b, of_b)])
-    is_seen = _is_shown(a.grid, in_a) & _is_shown(b.grid, in_b)
-    for height_m in {robot.lidar.height_m for robot in (log.spec.a, log.spec.b)}:
-        is_seen &= _is_surface(log.world, world, height_m)
-    seen = np.flatnonzero(is_seen)
+    in_a = a.placed.shown_at(world, a.scans[_any_of(common, keys_a, of_a)])
+    in_b = b.placed.shown_at(world, b.scans[_any_of(common, keys_b, of_b)])
+    is_seen = _is_shown(a.placed.grid, in_a) & _is_shown(b.placed.grid, in_b)
+    seen = np.flatnonzero(is_seen if is_surface is None else is_seen & is_surface(world))
     if len(seen) < FEWEST_CONTROL_POINTS:
         return None
     chosen = np.sort(rng.permutation(seen)[:MOST_CONTROL_POINTS])
@@ -97,13 +156,6 @@ def control_point_rmse(matrix: ArrayLike, control_points: NDArray[np.float64]) -
 def is_bent(residual_over_l: float | None) -> bool:
     """Say whether a pair is in the stratum "bent": no single similarity is true to it within 1.5 % of L."""
     return residual_over_l is not None and residual_over_l > BENT_ABOVE
-
-
-def _surface(robot: RobotLog, lidar: Lidar) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """The points (N, 2) that a robot hit, in the world, and the scans (N,) that did."""
-    ranges = lidar.limit(robot.ranges)
-    hit = np.isfinite(ranges)
-    return scan_points(robot.poses, lidar.angles, np.where(hit, ranges, 0.0))[hit], np.nonzero(hit)[0]
 
 
 def _keys(points: NDArray[np.float64]) -> NDArray[np.int64]:

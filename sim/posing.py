@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -122,28 +123,62 @@ def estimate_poses(
     The mapper sees nothing of the true poses but what its wheels report; a scan without readings, or one that fits
     nowhere, is placed by the wheels.
     """
-    _check(source, poses, angles, ranges, max_range_m)
+    if source not in get_args(PoseSource):
+        raise InputError(f"source must be one of {', '.join(get_args(PoseSource))}, got {source!r}")
+    _check(poses, angles, ranges, max_range_m)
     if source == "truth":
         return poses.copy()
     slam = slam or Slam()
     blind = drive_blind(poses, rng, level=slam.wheel_level)
     if source == "odometry":
         return blind
-    mapper = _Mapper(slam, angles, max_range_m, blind[0], ranges[0], loop_closure)
-    for step, scan in zip(between(blind[:-1], blind[1:]), ranges[1:], strict=True):
+    return match_scans(blind, angles, ranges, max_range_m=max_range_m, loop_closure=loop_closure, slam=slam)
+
+
+def match_scans(
+    odometry: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    *,
+    max_range_m: float,
+    loop_closure: bool = False,
+    slam: Slam | None = None,
+    on_scan: Callable[[], None] = lambda: None,
+) -> NDArray[np.float64]:
+    """Estimate the poses of one robot's scans from what its wheels say and what it sees.
+
+    Parameters
+    ----------
+    odometry
+        Where the wheels say that the scanner was, (x, y, yaw), shape (S, 3), S >= 1, metres and radians.
+    angles, ranges, max_range_m, loop_closure
+        As `estimate_poses` has them.
+    slam
+        The mapper's settings; `wheel_level` says nothing here. `Slam()` where nothing is given.
+    on_scan
+        Called after every scan but the first.
+
+    Returns
+    -------
+    NDArray
+        Shape (S, 3), yaw in -pi..pi; the first pose is the first of `odometry`.
+
+    Raises
+    ------
+    InputError
+        If shapes or numbers cannot be used.
+    """
+    _check(odometry, angles, ranges, max_range_m)
+    mapper = _Mapper(slam or Slam(), angles, max_range_m, odometry[0], ranges[0], loop_closure)
+    for step, scan in zip(between(odometry[:-1], odometry[1:]), ranges[1:], strict=True):
         mapper.add(step, scan)
+        on_scan()
     return mapper.poses()
 
 
 def _check(
-    source: str,
-    poses: NDArray[np.float64],
-    angles: NDArray[np.float64],
-    ranges: NDArray[np.float64],
-    max_range_m: float,
+    poses: NDArray[np.float64], angles: NDArray[np.float64], ranges: NDArray[np.float64], max_range_m: float
 ) -> None:
-    if source not in get_args(PoseSource):
-        raise InputError(f"source must be one of {', '.join(get_args(PoseSource))}, got {source!r}")
     if poses.ndim != 2 or poses.shape[1] != 3 or not len(poses) or ranges.shape != (len(poses), angles.size):
         raise InputError(f"poses (S, 3), angles (B,) and ranges (S, B) disagree: {poses.shape}, {ranges.shape}")
     if not np.isfinite(poses).all():

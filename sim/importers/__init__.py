@@ -1,5 +1,6 @@
-"""Worlds from files: ROS maps, images of maps and of floor plans, and HouseExpo's JSON plans."""
+"""What others recorded or drew: worlds from ROS maps, images, floor plans and HouseExpo's plans, and CARMEN logs."""
 
+from sim.importers.carmen import CarmenLog, read_carmen
 from sim.importers.files import import_world
 
-__all__ = ["import_world"]
+__all__ = ["CarmenLog", "import_world", "read_carmen"]
