@@ -5,7 +5,7 @@ MARK := $(VENV)/.installed
 # PyBullet has wheels for Python 3.11 and earlier only, so 3.11 is looked for first.
 PYTHON ?= $(shell command -v python3.11 || command -v python3 || command -v python)
 
-.PHONY: demo test test-fast check bench results picture clean
+.PHONY: demo test test-fast check bench results picture docs clean
 
 demo: $(MARK)-sim
 	$(BIN)/rectbench demo -o demo --force
@@ -35,8 +35,13 @@ picture: demo
 	$(BIN)/rectbench explain -o docs/how-it-works --force
 	$(BIN)/rectbench figures -o docs/the-papers-method --force
 
+# The documentation as a site in site/; the page of commands is made anew.
+docs: $(MARK)-all
+	$(BIN)/python -m scenarios.commandpage > docs/commands.md
+	$(BIN)/mkdocs build --strict
+
 clean:
-	rm -rf $(VENV) demo build dist
+	rm -rf $(VENV) demo build dist site
 
 # Marked when done, so that what was interrupted is made again.
 $(VENV)/.made:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +28,7 @@ class MapHeader:
     legend: Legend
 
 
-def read_header(path: Path) -> MapHeader:
+def read_header(source: str | os.PathLike[str]) -> MapHeader:
     """Read a map_server YAML.
 
     Raises
@@ -35,6 +36,7 @@ def read_header(path: Path) -> MapHeader:
     MapFileError
         If it is none; the message names the file, the key and what is allowed.
     """
+    path = Path(source)
     require_file(path)
     if path.stat().st_size > MAX_YAML_BYTES:
         raise MapFileError(f"{path}: more than {MAX_YAML_BYTES // 1024} KB, so not a map_server YAML")
