@@ -82,6 +82,7 @@ def merge(
     debug: console.Debug = False,
 ) -> None:
     """Find how map B fits on map A and write the merged map, or say why not."""
+    from rectmerge.inputs import told_inputs
     from rectmerge.methods import align
     from rectmerge.resultfolder import ResultFolder, to_json
 
@@ -95,6 +96,7 @@ def merge(
     pictures, merged = _results(found, grid_a, grid_b, wins)
     certificate = _certify(found, grid_a, grid_b, bounds, certify_seconds) if found and certify else None
     told = _told(found, grid_a, grid_b) | ({"certificate": certificate.as_dict()} if certificate is not None else {})
+    told["inputs"] = told_inputs(output, a, b, levels=levels, strict=strict_thresholds)
     files = folder.write(told, pictures, merged)
     typer.echo(to_json(told) if json else _describe(found, files, certificate))
     raise typer.Exit(console.STATUS[found.verdict])
