@@ -14,6 +14,7 @@ import typer
 from rectmerge import console
 from rectmerge.errors import InputError
 from rectmerge.transformcommand import transform
+from rectmerge.viewcommand import view
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -148,6 +149,7 @@ def methods(json: Json = False, quiet: console.Quiet = False, debug: console.Deb
 
 
 app.command()(transform)
+app.command()(view)
 
 
 def main() -> None:
