@@ -19,13 +19,16 @@ SAME = 1e-6  # two placements that differ by no more, relatively, are one
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShownCandidate:
-    """A placement of B on A, between their pixels and between their map frames, with what speaks for it, 0..1."""
+    """A placement of B on A, between their pixels and between their map frames, with what speaks for it, 0..1.
+
+    What was not measured is None.
+    """
 
     pixels: Similarity
     b_to_a: Similarity
-    confidence: float
-    overlap: float
-    conflict: float
+    confidence: float | None
+    overlap: float | None
+    conflict: float | None
 
     @classmethod
     def of(cls, told: Mapping[str, Any]) -> ShownCandidate:
@@ -34,7 +37,7 @@ class ShownCandidate:
         return cls(
             pixels=Similarity.from_matrix(told["pixels"]),
             b_to_a=Similarity(frame["scale"], frame["angle_rad"], *frame["translation"]),
-            **{name: float(told[name]) for name in ("confidence", "overlap", "conflict")},
+            **{name: _share(told[name]) for name in ("confidence", "overlap", "conflict")},
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -50,7 +53,7 @@ class ShownAnswer:
     verdict: Verdict
     reason: str
     method: str
-    confidence: float
+    confidence: float | None
     candidates: tuple[ShownCandidate, ...]
 
     @classmethod
@@ -70,7 +73,7 @@ class ShownAnswer:
                 verdict=told["verdict"],
                 reason=str(told["reason"]),
                 method=str(told["method"]),
-                confidence=float(told["confidence"]),
+                confidence=_share(told["confidence"]),
                 candidates=tuple(map(ShownCandidate.of, told["candidates"])),
             )
         except KeyError as error:
@@ -84,3 +87,7 @@ class ShownAnswer:
             np.allclose(pixels_to_map_frame(one.pixels, a, b).matrix, one.b_to_a.matrix, rtol=SAME, atol=SAME)
             for one in self.candidates
         )
+
+
+def _share(told: float | None) -> float | None:
+    return None if told is None else float(told)

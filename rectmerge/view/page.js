@@ -93,7 +93,8 @@ function fit() {
 }
 
 const fixed = (x, digits) => (Object.is(Number(x.toFixed(digits)), -0) ? 0 : x).toFixed(digits);
-const percent = (x, digits = 0) => `${(100 * x).toFixed(digits)} %`;
+const told = (x, digits, unit = "") => (x === null ? "not known" : `${x.toFixed(digits)}${unit}`);
+const percent = (x, digits = 0) => told(x === null ? null : 100 * x, digits, " %");
 const turned = (m) => degrees(yawOf(inMapFrames(m, data.frames)));
 const shape = (m) => `scale ${fixed(scaleOf(m), 4)}, ${turned(m) < 0 ? "" : "+"}${fixed(turned(m), 2)}°`;
 
@@ -101,7 +102,7 @@ function label(entry) {
   if (entry === "hand") return ["✥", "by hand, not judged", shape(state.hand)];
   const one = candidates[entry];
   const measured = `overlap ${percent(one.overlap)}, conflict ${percent(one.conflict, 1)}`;
-  return [String(entry + 1), `confidence ${one.confidence.toFixed(2)}`, `${measured}, ${shape(one.place)}`];
+  return [String(entry + 1), `confidence ${told(one.confidence, 2)}`, `${measured}, ${shape(one.place)}`];
 }
 
 function listCandidates() {

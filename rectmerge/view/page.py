@@ -21,9 +21,9 @@ RECTANGLES = 40  # of each map, the largest
 SCRIPTS = ("widget.js", "placement.js", "gestures.js", "page.js")
 MARKS = {"accepted": "✓", "ambiguous": "?", "rejected": "✕"}
 MEANINGS = {
-    "accepted": "One placement explains the walls of both maps.",
-    "ambiguous": "Several placements explain the maps about as well: step through them.",
-    "rejected": "Nothing convinces: do not use a candidate unseen.",
+    "accepted": "No other placement comes close.",
+    "ambiguous": "Step through the candidates: what the maps show does not decide between them.",
+    "rejected": "No candidate is to be used unseen.",
 }
 
 
@@ -57,8 +57,8 @@ def html(answer: ShownAnswer, inputs: Sequence[Input], a: OccupancyGrid, b: Occu
         reason=escape(answer.reason),
         meaning=MEANINGS[answer.verdict],
         method=escape(answer.method),
-        confidence=f"{answer.confidence:.2f}",
-        percent=f"{100 * min(max(answer.confidence, 0.0), 1.0):.0f}",
+        confidence="no" if answer.confidence is None else f"{answer.confidence:.2f}",
+        percent=f"{100 * min(max(answer.confidence or 0.0, 0.0), 1.0):.0f}",
         a=escape(names[0]),
         b=escape(names[1]),
         unit=a.unit,

@@ -7,6 +7,7 @@ import io
 from collections.abc import Sequence
 from typing import Any
 
+import cv2
 import numpy as np
 from PIL import Image
 
@@ -32,12 +33,14 @@ def draw_pair(a: OccupancyGrid, b: OccupancyGrid, side: int) -> dict[str, Any]:
     -------
     dict
         ``a`` and ``b``: pictures as data addresses; ``to_a`` and ``to_b``: from a picture's pixels to the map's, six
-        numbers, row by row; ``size``: widths and heights, A's first.
+        numbers, row by row; ``hull_b``: pixels (u, v) of B's picture around all that is known; ``size``: widths and
+        heights, A's first.
     """
     small = {name: _small(grid, side) for name, grid in (("a", a), ("b", b))}
     return {
         **{name: _address(one.grid, PALETTES[name]) for name, one in small.items()},
         **{f"to_{name}": one.to_given.matrix.ravel().tolist() for name, one in small.items()},
+        "hull_b": _hull(small["b"].grid),
         "size": [*small["a"].grid.shape[::-1], *small["b"].grid.shape[::-1]],
     }
 
@@ -46,6 +49,13 @@ def _small(grid: OccupancyGrid, side: int) -> Shrunk:
     if grid.unknown.all():
         return Shrunk(OccupancyGrid(np.zeros((1, 1), np.int8)), Similarity())
     return Shrunk.of(grid, side)
+
+
+def _hull(grid: OccupancyGrid) -> list[list[int]]:
+    """List the pixels on the convex hull of the known cells; of all where shrinking left none known."""
+    v, u = np.nonzero(~grid.unknown if not grid.unknown.all() else grid.unknown)
+    hull: list[list[int]] = cv2.convexHull(np.stack([u, v], axis=-1).astype(np.int32))[:, 0].tolist()
+    return hull
 
 
 def _address(grid: OccupancyGrid, colours: Sequence[str]) -> str:

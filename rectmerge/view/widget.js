@@ -32,11 +32,11 @@ function loadPictures(pair) {
 const cornersOf = (m, [x, y, w, h]) =>
   [[x, y], [x + w, y], [x + w, y + h], [x, y + h]].map(([u, v]) => applied(m, [u - 0.5, v - 0.5]));
 
-// The box in A's pixels that holds map A, and map B as the matrices place it.
+// The box in A's pixels that holds what is known of map A, and of map B as the matrices place it.
 function boxOf(pair, places) {
-  const [wa, ha, wb, hb] = pair.size;
-  const ours = cornersOf(pair.to_a, [0, 0, wa, ha]);
-  const all = [ours, ...places.map((m) => cornersOf(compose(m, pair.to_b), [0, 0, wb, hb]))].flat();
+  const ours = cornersOf(pair.to_a, [0, 0, ...pair.size]); // a picture is cut to what is known
+  const around = (m, hull) => hull.flatMap(([u, v]) => cornersOf(m, [u, v, 1, 1]));
+  const all = [ours, ...places.map((m) => around(compose(m, pair.to_b), pair.hull_b))].flat();
   const far = 4 * Math.max(ours[2][0] - ours[0][0], ours[2][1] - ours[0][1]);
   // what lies far away must not shrink the maps to nothing
   const reach = (k, most) => clamp(most(...all.map((p) => p[k])), ours[0][k] - far, ours[2][k] + far);

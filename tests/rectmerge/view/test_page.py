@@ -59,6 +59,18 @@ def test_without_a_candidate_a_hand_starts_with_one_middle_on_the_other(write_an
     assert start @ [(110 - 1) / 2, (90 - 1) / 2, 1] == pytest.approx([(163 - 1) / 2, (113 - 1) / 2])
 
 
+def test_what_was_not_measured_is_shown_as_not_known(write_answer, tmp_path):
+    folder = write_answer(tmp_path)
+    told = read_told(folder)
+    told["confidence"] = told["candidates"][0]["confidence"] = None
+    (folder / "alignment.json").write_text(json.dumps(told))
+
+    page = page_of(folder)
+
+    assert "<b>no</b> confidence" in page
+    assert held_by(page)["candidates"][0]["confidence"] is None
+
+
 def test_rectangles_are_those_of_the_whole_map(write_answer, tmp_path):
     held = held_by(page_of(write_answer(tmp_path)))
 

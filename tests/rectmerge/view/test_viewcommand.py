@@ -81,7 +81,7 @@ def test_maps_of_another_size_are_told(write_answer, tmp_path, capsys):
         {"verdict": "perhaps"},
         {"candidates": 3},
         {"candidates": [{}]},
-        {"confidence": None},
+        {"confidence": "sure"},
         {"inputs": {}},
         {
             "candidates": [
