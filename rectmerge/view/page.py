@@ -21,7 +21,7 @@ RECTANGLES = 40  # of each map, the largest
 SCRIPTS = ("widget.js", "placement.js", "gestures.js", "page.js")
 MARKS = {"accepted": "✓", "ambiguous": "?", "rejected": "✕"}
 MEANINGS = {
-    "accepted": "No other placement comes close.",
+    "accepted": "Map B lies on map A as candidate 1 shows.",
     "ambiguous": "Step through the candidates: what the maps show does not decide between them.",
     "rejected": "No candidate is to be used unseen.",
 }
