@@ -15,6 +15,7 @@ from rectmerge.errors import InputError
 from rectmerge.mapoptions import DialectName, Grey, OneMap, Strict
 from rectmerge.mergecommand import merge
 from rectmerge.transformcommand import transform
+from rectmerge.viewcommand import view
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -84,6 +85,7 @@ def methods(json: console.Json = False, quiet: console.Quiet = False, debug: con
 
 
 app.command()(transform)
+app.command()(view)
 
 
 def main() -> None:

@@ -19,7 +19,7 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.imagefile import encode_image, replace_file
 from rectmerge.mapfile import write_map
 
-OWN = re.compile(r"alignment\.json|overlay(_\d+)?\.png|conflict\.png|merged\.(yaml|pgm)")
+OWN = re.compile(r"alignment\.json|view\.html|overlay(_\d+)?\.png|conflict\.png|merged\.(yaml|pgm)")
 INNERMOST_LIST = re.compile(r"\[\n[-+.\w\s,]*\n\s*\]")  # of numbers: shown on one line
 
 

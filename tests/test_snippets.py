@@ -90,9 +90,8 @@ def test_the_page_of_commands_is_that_of_these_commands():
 
 
 def test_the_site_is_built_and_holds_every_page(tmp_path):
-    done = subprocess.run(
-        [Path(sys.executable).parent / "mkdocs", "build", "--strict", "--quiet", "--site-dir", tmp_path], cwd=ROOT, capture_output=True, text=True
-    )
+    words = [Path(sys.executable).parent / "mkdocs", "build", "--strict", "--quiet", "--site-dir", tmp_path]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
 
     assert done.returncode == 0, done.stderr
     menu = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")

@@ -15,8 +15,8 @@ from rectmerge.alignment import Alignment
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.peers.answering import Placement, answer
-from rectmerge.peers.shrinking import Shrunk, between_given, shrunk_bounds
 from rectmerge.projection import wall_points
+from rectmerge.shrinking import Shrunk, between_given, shrunk_bounds
 from rectmerge.similarity import Similarity
 
 NOTHING = "no start converged to a placement within the bounds of the scale"

@@ -14,7 +14,7 @@ from rectmerge.alignment import Alignment
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.peers.answering import KEPT, Placement, answer
-from rectmerge.peers.shrinking import Shrunk, between_given, shrunk_bounds
+from rectmerge.shrinking import Shrunk, between_given, shrunk_bounds
 from rectmerge.similarity import Similarity
 
 LEVELS = (0.15, 0.25, 0.35, 0.5, 0.7)  # of the widest free space: what is this far from walls falls into regions

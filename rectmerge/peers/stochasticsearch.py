@@ -17,7 +17,7 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.overlap import cells_of
 from rectmerge.peers.acceptance import CellComparison
 from rectmerge.peers.answering import Placement, answer
-from rectmerge.peers.shrinking import Shrunk, between_given, shrunk_bounds
+from rectmerge.shrinking import Shrunk, between_given, shrunk_bounds
 from rectmerge.similarity import Similarity
 
 LEAST_TURN = math.radians(0.1)  # the walk's steps are no smaller, nor 0.5 % of scale and half a cell of shift

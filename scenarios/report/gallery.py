@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import base64
-import io
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
-from rectmerge.grid import OccupancyGrid
-from rectmerge.peers.shrinking import Shrunk
-from rectmerge.similarity import Similarity
+from rectmerge.view.pictures import draw_pair
 from scenarios.report.reading import Contest, Runs
 from scenarios.rows import Row
 
 SIDE = 256  # pixels of the pictures, at the most
-# Okabe and Ito's blue and vermilion for the walls of A and B, and light tints of them for free space; 0 is clear
-PALETTES = {"a": ("#DCEBF5", "#0072B2"), "b": ("#FBE7D8", "#D55E00")}
 WORST = ("wrong-accepted", "error", "timeout", "out-of-memory", "rejected", "ambiguous-without-truth")
 
 
@@ -68,32 +61,13 @@ def _answer(contest: Contest, row: Row) -> dict[str, Any]:
 
 def _pair(runs: Runs, row: Row) -> dict[str, Any]:
     pair = runs.maps[row["pair_id"]].row().pair()
-    small = {name: _small(grid) for name, grid in (("a", pair.a), ("b", pair.b))}
     info = row["info"] or {}
     told: Mapping[str, Any] = {"overlap": row["overlap"], **{key: info.get(key) for key in ("family", "noise")}}
     return {
-        **{name: _picture(one.grid, PALETTES[name]) for name, one in small.items()},
-        **{f"to_{name}": _rounded(one.to_given.matrix.ravel()) for name, one in small.items()},
-        "size": [*small["a"].grid.shape[::-1], *small["b"].grid.shape[::-1]],
+        **draw_pair(pair.a, pair.b, SIDE),
         "truth": None if pair.pixels is None else _rounded(pair.pixels.matrix.ravel()),
         "about": {key: value for key, value in told.items() if value is not None},
     }
-
-
-def _small(grid: OccupancyGrid) -> Shrunk:
-    if grid.unknown.all():
-        return Shrunk(OccupancyGrid(np.zeros((1, 1), np.int8)), Similarity())
-    return Shrunk.of(grid, SIDE)
-
-
-def _picture(grid: OccupancyGrid, colours: Sequence[str]) -> str:
-    """Draw a map's cells as a PNG of three colours, unknown clear, as a data address."""
-    codes = np.where(grid.occupied, 2, np.where(grid.free, 1, 0)).astype(np.uint8)
-    image = Image.fromarray(codes, mode="P")
-    image.putpalette([0, 0, 0, *(int(one[k : k + 2], 16) for one in colours for k in (1, 3, 5))])
-    written = io.BytesIO()
-    image.save(written, "png", bits=2, transparency=0, optimize=True)
-    return f"data:image/png;base64,{base64.b64encode(written.getvalue()).decode()}"
 
 
 def _rounded(values: Iterable[float]) -> list[float]:

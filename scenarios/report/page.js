@@ -1,5 +1,4 @@
-"use strict";
-// Tables sort by a click on a heading; the gallery draws B on A by each answer's matrix.
+// Tables sort by a click on a heading; the gallery draws B on A by each answer's matrix, with rectmerge/view/widget.js.
 
 const STOPS = 3; // of the slider: A, both, B, both by the truth
 const STEP = 24; // cards that are added at a time
@@ -32,75 +31,20 @@ for (const table of document.querySelectorAll("table.sortable")) {
   });
 }
 
-const compose = (m, n) => [
-  m[0] * n[0] + m[1] * n[3], m[0] * n[1] + m[1] * n[4], m[0] * n[2] + m[1] * n[5] + m[2],
-  m[3] * n[0] + m[4] * n[3], m[3] * n[1] + m[4] * n[4], m[3] * n[2] + m[4] * n[5] + m[5],
-];
-
-function inverse(m) {
-  const det = m[0] * m[4] - m[1] * m[3];
-  const [a, b, d, e] = [m[4] / det, -m[1] / det, -m[3] / det, m[0] / det];
-  return [a, b, -a * m[2] - b * m[5], d, e, -d * m[2] - e * m[5]];
-}
-
-// Where picture B lies on picture A, between pixel centres, and the box that holds both.
-function laid(pair, matrix) {
-  return compose(inverse(pair.to_a), compose(matrix, pair.to_b));
-}
-
-function boxOf(pair, matrices) {
-  const [wa, ha, wb, hb] = pair.size;
-  const points = [[0, 0], [wa, ha]];
-  for (const m of matrices) {
-    for (const [u, v] of [[0, 0], [wb, 0], [0, hb], [wb, hb]]) {
-      points.push([m[0] * u + m[1] * v + m[2], m[3] * u + m[4] * v + m[5]]);
-    }
-  }
-  const [us, vs] = [points.map((p) => p[0]), points.map((p) => p[1])];
-  const far = 4 * Math.max(wa, ha); // an answer far away must not shrink the maps to nothing
-  const low = [Math.max(Math.min(...us), -far), Math.max(Math.min(...vs), -far)];
-  const high = [Math.min(Math.max(...us), far), Math.min(Math.max(...vs), far)];
-  const side = Math.max(high[0] - low[0], high[1] - low[1]);
-  return { u: (low[0] + high[0] - side) / 2, v: (low[1] + high[1] - side) / 2, side };
-}
-
 function draw(canvas, pair, pictures, answer, at) {
-  const context = canvas.getContext("2d");
-  const given = answer.matrix && laid(pair, answer.matrix);
-  const truth = pair.truth && laid(pair, pair.truth);
-  const box = boxOf(pair, [given, truth].filter(Boolean));
-  const zoom = canvas.width / box.side;
-  context.setTransform(1, 0, 0, 1, 0, 0);
-  context.globalCompositeOperation = "source-over";
-  context.clearRect(0, 0, canvas.width, canvas.height);
-  context.globalCompositeOperation = "multiply";
-  context.imageSmoothingEnabled = false;
-  const put = (picture, m, alpha) => {
-    if (alpha <= 0) return;
-    context.globalAlpha = alpha;
-    // pixel centres are at integers in the matrices, and at halves on a canvas
-    context.setTransform(zoom * m[0], zoom * m[3], zoom * m[1], zoom * m[4],
-      zoom * (m[2] - box.u + 0.5), zoom * (m[5] - box.v + 0.5));
-    context.drawImage(picture, -0.5, -0.5);
-  };
-  const clamp = (x) => Math.min(1, Math.max(0, x));
-  put(pictures.a, [1, 0, 0, 0, 1, 0], at <= 1 ? 1 : at <= 2 ? clamp(2 - at) : clamp(at - 2));
-  if (given) put(pictures.b, given, at <= 2 ? clamp(at) : clamp(3 - at));
-  if (truth) put(pictures.b, truth, clamp(at - 2));
+  const alpha = fades(at);
+  const screen = fitted(boxOf(pair, [answer.matrix, pair.truth].filter(Boolean)), canvas.width, canvas.height);
+  const layers = [{ picture: pictures.a, matrix: pair.to_a, alpha: alpha.a }];
+  if (answer.matrix) layers.push({ picture: pictures.b, matrix: compose(answer.matrix, pair.to_b), alpha: alpha.b });
+  if (pair.truth) layers.push({ picture: pictures.b, matrix: compose(pair.truth, pair.to_b), alpha: alpha.truth });
+  paint(canvas, screen, layers);
 }
 
 const data = JSON.parse(document.getElementById("gallery-data").textContent);
 const loaded = new Map();
 
 function pictures(id) {
-  if (!loaded.has(id)) {
-    const load = (address) => new Promise((resolve) => {
-      const image = new Image();
-      image.onload = () => resolve(image);
-      image.src = address;
-    });
-    loaded.set(id, Promise.all([load(data.pairs[id].a), load(data.pairs[id].b)]).then(([a, b]) => ({ a, b })));
-  }
+  if (!loaded.has(id)) loaded.set(id, loadPictures(data.pairs[id]));
   return loaded.get(id);
 }
 

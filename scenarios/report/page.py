@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Sequence
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from rectmerge.errors import InputError
 from rectmerge.extras import require_extras
 from rectmerge.imagefile import replace_file
+from rectmerge.view.embedding import as_script, text_of
 from scenarios.report import charts, mergedquality
 from scenarios.report.gallery import gallery
 from scenarios.report.latex import latex
 from scenarios.report.reading import Contest, Runs
 from scenarios.report.standings import as_cells, standings
 
+PACKAGE = "scenarios.report"
 TEMPLATE, STYLE, SCRIPT = "page.html.j2", "page.css", "page.js"
 
 
@@ -62,13 +61,13 @@ def html(runs: Runs) -> str:
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     held = gallery(runs)
-    return environment.from_string(_text(TEMPLATE)).render(
-        style=_text(STYLE),
-        script=_text(SCRIPT),
+    return environment.from_string(text_of(TEMPLATE, PACKAGE)).render(
+        style=text_of(STYLE, PACKAGE),
+        script=text_of("widget.js") + text_of(SCRIPT, PACKAGE),
         contests=[_section(contest, runs) for contest in runs.contests],
         provenance=runs.provenance,
         answers=len(held["answers"]),
-        gallery=_as_script(held),
+        gallery=as_script(held),
     )
 
 
@@ -89,21 +88,3 @@ def _section(contest: Contest, runs: Runs) -> dict[str, Any]:
         "risk": charts.risk_chart(shown),
         "reliability": charts.reliability_chart(shown),
     }
-
-
-def _as_script(content: Any) -> str:
-    """Write plain data so that a script element can hold it: no markup in it, and no number that JSON has not."""
-    text = json.dumps(_finite(content), separators=(",", ":"), allow_nan=False)
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-
-
-def _finite(content: Any) -> Any:
-    if isinstance(content, dict):
-        return {key: _finite(value) for key, value in content.items()}
-    if isinstance(content, list):
-        return [_finite(value) for value in content]
-    return None if isinstance(content, float) and not math.isfinite(content) else content
-
-
-def _text(name: str) -> str:
-    return (files("scenarios.report") / name).read_text(encoding="utf-8")

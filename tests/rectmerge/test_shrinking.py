@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from rectmerge.peers.shrinking import Shrunk, between_given, shrunk_bounds
+from rectmerge.shrinking import Shrunk, between_given, shrunk_bounds
 from rectmerge.similarity import Similarity
 
 
