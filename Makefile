@@ -38,7 +38,7 @@ picture: demo
 # The documentation as a site in site/; the page of commands is made anew.
 docs: $(MARK)-all
 	$(BIN)/python -m scenarios.commandpage > docs/commands.md
-	$(BIN)/mkdocs build --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 clean:
 	rm -rf $(VENV) demo build dist site

@@ -36,12 +36,12 @@ def _section(program: str, name: str, command: Any) -> str:
     arguments = [one for one in command.params if one.param_type_name == "argument"]
     options = [one for one in command.params if one.param_type_name == "option" and not COMMON & set(one.opts)]
     about = inspect.cleandoc(command.help or "")
-    lines = [f"\n### {program} {name}\n", f"`{' '.join([program, name, *map(_argument, arguments)])}`\n", f"{about}\n"]
+    words = [program, name, *map(_argument, arguments), *(_words(one) for one in options if one.required)]
+    lines = [f"\n### {program} {name}\n", f"`{' '.join(words)}`\n", f"{about}\n"]
     if arguments:
         lines.append("\n".join(f"- `{_argument(one)}`: {_plain(one.help)}" for one in arguments) + "\n")
     if options:
-        rows = [f"| {_option(one)} | {_plain(one.help)}{_default(one)} |" for one in options]
-        lines.append("\n".join(["| option | what |", "| --- | --- |", *rows]) + "\n")
+        lines.append("\n".join(f"- {_option(one)}: {_plain(one.help)}{_default(one)}" for one in options) + "\n")
     return "\n".join(lines)
 
 
@@ -51,9 +51,13 @@ def _argument(argument: Any) -> str:
 
 
 def _option(option: Any) -> str:
-    value = "" if option.is_flag else " " + (option.metavar or "N").replace("|", "\\|")
-    required = " (required)" if option.required else ""
-    return f"`{', '.join(option.opts)}{value}`{required}"
+    return f"`{_words(option, ', ')}`" + (" (required)" if option.required else "")
+
+
+def _words(option: Any, between: str = "") -> str:
+    """Write an option with what it takes, by all of its names or the shortest."""
+    names = between.join(option.opts) if between else min(option.opts, key=len)
+    return names if option.is_flag else f"{names} {option.metavar or 'N'}"
 
 
 def _default(option: Any) -> str:
@@ -62,7 +66,7 @@ def _default(option: Any) -> str:
 
 
 def _plain(text: str | None) -> str:
-    return re.sub(r"\s+", " ", text or "").strip().replace("|", "\\|")
+    return re.sub(r"\s+", " ", text or "").strip()
 
 
 if __name__ == "__main__":

@@ -39,7 +39,8 @@ def test_fourteen_elements_make_ninety_one_lines():
     assert len(edge_lines(points).angles) == math.comb(14, 2) == 91
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(2, 8), st.floats(0.5, 4))
+# no point lies at exactly such a distance from a line through points of a 12 x 12 grid, where rounding would decide
+@given(st.integers(0, 2**32 - 1), st.integers(2, 8), st.integers(0, 3).map(lambda whole: whole + 1 / math.pi))
 def test_inliers_agree_with_counting_line_by_line(seed, count, tolerance):
     points = np.unique(np.random.default_rng(seed).integers(0, 12, (count, 2)), axis=0).astype(float)
 
