@@ -26,8 +26,10 @@ from rectmerge.picture import (
 )
 from rectmerge.resampling import known_ends, resample
 from rectmerge.similarity import Similarity
+from rectmerge.specks import small_patches
 
 ONLY_A, ONLY_B, BOTH, WALL_BOTH = (198, 223, 240), (250, 219, 186), (255, 255, 255), (0, 0, 0)
+SPECK_CELLS = 3  # a patch of conflict of so few cells is noise, and gets no circle
 MARGIN_PX, SMALLEST_PX = 24, 320  # a smaller picture has no room for its marks
 
 
@@ -50,8 +52,9 @@ def draw_overlay(
     Returns
     -------
     NDArray
-        RGB, shape (H, W, 3): A upright, with the largest places of conflict circled and both maps' origins, the
-        legend and a scale bar below. The colours can be told apart whatever one's colour vision.
+        RGB, shape (H, W, 3): A upright, with the largest places of conflict circled (single cells, as noise leaves
+        them, are not) and both maps' origins, the legend and a scale bar below. The colours can be told apart whatever
+        one's colour vision.
     """
     (row, col), known = _cut(a)
     to_known = Similarity(tx=-float(col), ty=-float(row))
@@ -59,12 +62,15 @@ def draw_overlay(
     (code_a, code_b), (top, left) = resample([known, b], [zoom, zoom @ to_known @ pixels])
     conflict = find_conflict([code_a, code_b], reach=max(1, round(CONFLICT_REACH_CELLS * zoom.scale)))
     image = _framed(_paint(OccupancyGrid(code_a), OccupancyGrid(code_b), conflict), min(side_px, SMALLEST_PX))
-    spots = find_spots(np.pad(conflict, MARGIN_PX))
+    single = small_patches(conflict, round(SPECK_CELLS * max(1.0, zoom.scale) ** 2))
+    spots = find_spots(np.pad(conflict & ~single, MARGIN_PX))
     circled = circle_spots(image, spots)
     to_picture = Similarity(tx=float(left + MARGIN_PX), ty=float(top + MARGIN_PX)) @ zoom @ to_known
     axes = {"A": (WALL_A, _axes(a, to_picture)), "B": (WALL_B, _axes(b, to_picture @ pixels))}
     draw_origins(image, axes)
-    framed = with_scale_bar(with_legend(image, _legend(spots, circled)), zoom.scale / a.cell_size, a.unit)
+    framed = with_scale_bar(
+        with_legend(image, _legend(spots, circled, bool(single.any()))), zoom.scale / a.cell_size, a.unit
+    )
     return with_title(framed, title) if title else framed
 
 
@@ -89,11 +95,12 @@ def _paint(on_a: OccupancyGrid, on_b: OccupancyGrid, conflict: NDArray[np.bool_]
     return image
 
 
-def _legend(spots: Sequence[Spot], circled: int) -> dict[str, Color]:
+def _legend(spots: Sequence[Spot], circled: int, has_single: bool) -> dict[str, Color]:
     places = f"{circled} of {len(spots)} places" if circled < len(spots) else f"{circled} place" + "s" * (circled != 1)
     entries = {"free: A only": ONLY_A, "B only": ONLY_B, "both": BOTH}
     entries |= {"wall: A": WALL_A, "B": WALL_B, "both ": WALL_BOTH}  # names are keys: a space tells them apart
-    return entries | {f"conflict, {places} circled" if spots else "conflict: none": CONFLICT}
+    conflict = f"conflict, {places} circled" if spots else "conflict: single cells" if has_single else "conflict: none"
+    return entries | {conflict: CONFLICT}
 
 
 def _framed(image: Picture, smallest_px: int) -> Picture:

@@ -40,9 +40,9 @@ def remove_specks(grid: OccupancyGrid, *, max_speck_cells: int = 2) -> Occupancy
     if max_speck_cells < 0:
         raise InputError(f"max_speck_cells must be >= 0, got {max_speck_cells}")
     cells = grid.occupancy.copy()
-    cells[_small_patches(~grid.free, max_speck_cells)] = FREE
+    cells[small_patches(~grid.free, max_speck_cells)] = FREE
     free = grid.free | (cells == FREE)
-    stray = _small_patches(free, max_speck_cells)
+    stray = small_patches(free, max_speck_cells)
     # a free patch takes the greatest value around it, read with the free cells hidden
     around = cv2.dilate(
         np.where(free, -1, cells).astype(np.int16), np.ones((3, 3), np.uint8), iterations=max_speck_cells
@@ -51,8 +51,8 @@ def remove_specks(grid: OccupancyGrid, *, max_speck_cells: int = 2) -> Occupancy
     return OccupancyGrid(cells, grid.resolution, grid.origin)
 
 
-def _small_patches(mask: NDArray[np.bool_], most: int) -> NDArray[np.bool_]:
-    """Mark the connected patches of at most `most` cells that do not touch the border."""
+def small_patches(mask: NDArray[np.bool_], most: int) -> NDArray[np.bool_]:
+    """Mark the connected patches of a mask, shape (H, W), of at most `most` cells that do not touch the border."""
     _, patches, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
     height, width = mask.shape
     left, top, w, h, area = stats.T

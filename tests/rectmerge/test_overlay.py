@@ -177,3 +177,14 @@ def difference(one, other, vision) -> float:
     seen = (linear @ np.transpose(vision)).clip(0, 1) ** (1 / 2.2)
     lab = cv2.cvtColor(seen.astype(np.float32), cv2.COLOR_RGB2LAB)[0]
     return float(np.linalg.norm(lab[0] - lab[1]))
+
+
+def test_single_cells_as_noise_leaves_them_get_no_circle():
+    cells = np.zeros((200, 200), np.int8)
+    noisy = cells.copy()
+    noisy[20:180:16, 20:180:16] = 100
+
+    one, other = (draw_overlay(OccupancyGrid(cells), OccupancyGrid(each), Similarity()) for each in (cells, noisy))
+
+    assert not (one == 0).all(axis=2)[:-80].any()
+    assert not (other == 0).all(axis=2)[:-80].any()  # black is for circles here: no wall is of both maps
