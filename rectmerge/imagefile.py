@@ -7,6 +7,7 @@ import io
 import os
 import struct
 import warnings
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -111,15 +112,39 @@ def replace_file(path: Path, data: bytes) -> None:
     MapFileError
         If it cannot be written.
     """
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    replace_files({path: data})
+
+
+def replace_files(files: Mapping[Path, bytes], *, stale: Iterable[Path] = ()) -> None:
+    """Write files so that no name ever holds half of one, and where one cannot be written all stay as they were.
+
+    Parameters
+    ----------
+    files
+        What goes where; the names appear in this order.
+    stale
+        Files that go once all new ones are on the disk.
+
+    Raises
+    ------
+    MapFileError
+        If one cannot be written.
+    """
+    partials = {path: path.with_name(f".{path.name}.{os.getpid()}.part") for path in files}
+    path = Path()
     try:
-        partial.write_bytes(data)
-        partial.replace(path)
+        for path, partial in partials.items():
+            partial.write_bytes(files[path])
+        for path in stale:
+            path.unlink(missing_ok=True)
+        for path, partial in partials.items():
+            partial.replace(path)
     except OSError as error:
         raise MapFileError(f"{path}: cannot be written: {error.strerror or error}") from None
     finally:
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
+        for partial in partials.values():
+            with contextlib.suppress(OSError):
+                partial.unlink(missing_ok=True)
 
 
 def _too_large(path: Path, what: str) -> MapFileError:

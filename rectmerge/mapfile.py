@@ -14,7 +14,7 @@ from rectmerge.bagfile import bag_files, is_bag, read_bag_map
 from rectmerge.dialects import UNKNOWN_GREY, WHITE, Dialect, Legend, grey_levels, occupancy_table, read_cells
 from rectmerge.errors import InputError, MapFileError
 from rectmerge.grid import FREE, UNKNOWN, OccupancyGrid, unusable
-from rectmerge.imagefile import OPAQUE, WRITABLE, Pixels, encode_image, read_pixels, replace_file
+from rectmerge.imagefile import OPAQUE, WRITABLE, Pixels, encode_image, read_pixels, replace_files
 from rectmerge.levels import Levels, infer_levels
 from rectmerge.mapheader import read_header
 
@@ -155,8 +155,7 @@ def write_map(
         pixels, header = encode_map(grid, image.name, legend)
     except InputError as error:
         raise MapFileError(f"{path}: {error}") from None
-    replace_file(image, pixels)
-    replace_file(target, header)
+    replace_files({image: pixels, target: header})
 
 
 def encode_map(grid: OccupancyGrid, image_name: str, legend: Legend = MAP_SAVERS) -> tuple[bytes, bytes]:

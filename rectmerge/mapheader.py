@@ -13,9 +13,11 @@ import yaml
 
 from rectmerge.dialects import Legend
 from rectmerge.errors import InputError, MapFileError
-from rectmerge.imagefile import require_file
+from rectmerge.imagefile import BROKEN, require_file
 
 MAX_YAML_BYTES = 65_536
+LONGEST_SHOWN = 1000  # bits of a number in a message
+LONGEST_NAME = 4096  # bytes of a path, as systems allow it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,21 +39,9 @@ def read_header(source: str | os.PathLike[str]) -> MapHeader:
         If it is none; the message names the file, the key and what is allowed.
     """
     path = Path(source)
-    require_file(path)
-    if path.stat().st_size > MAX_YAML_BYTES:
-        raise MapFileError(f"{path}: more than {MAX_YAML_BYTES // 1024} KB, so not a map_server YAML")
-    try:
-        keys = yaml.safe_load(path.read_bytes())
-    except OSError as error:
-        raise MapFileError(f"{path}: {error.strerror or error}; make the file readable") from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise MapFileError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}") from None
-    if keys is None:
-        raise MapFileError(f"{path}: the file is empty; a map_server YAML names image, resolution, origin, ...")
-    if not isinstance(keys, dict):
-        raise MapFileError(f"{path}: not a map_server YAML: it must map image, resolution, origin, ... to values")
+    keys = _keys(path)
     image = keys.get("image")
-    if not isinstance(image, str) or not image or "\0" in image:
+    if not isinstance(image, str) or not image or "\0" in image or len(image) > LONGEST_NAME:
         raise MapFileError(f"{path}: image must name the map's image file, got {_short(image)}")
     mode = keys.get("mode", "trinary")
     if mode not in ("trinary", "scale", "raw"):
@@ -75,6 +65,25 @@ def read_header(source: str | os.PathLike[str]) -> MapHeader:
         origin=_origin(path, keys),
         legend=legend,
     )
+
+
+def _keys(path: Path) -> dict[Any, Any]:
+    require_file(path)
+    if path.stat().st_size > MAX_YAML_BYTES:
+        raise MapFileError(f"{path}: more than {MAX_YAML_BYTES // 1024} KB, so not a map_server YAML")
+    try:
+        keys = yaml.safe_load(path.read_bytes())
+    except OSError as error:
+        raise MapFileError(f"{path}: {error.strerror or error}; make the file readable") from None
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise MapFileError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}") from None
+    except BROKEN:  # a tag such as !!bool or !!timestamp on what is none: PyYAML's own, often nameless errors
+        raise MapFileError(f"{path}: not valid YAML: a value is not of the kind that its tag tells") from None
+    if keys is None:
+        raise MapFileError(f"{path}: the file is empty; a map_server YAML names image, resolution, origin, ...")
+    if not isinstance(keys, dict):
+        raise MapFileError(f"{path}: not a map_server YAML: it must map image, resolution, origin, ... to values")
+    return keys
 
 
 def _resolution(path: Path, keys: Mapping[str, Any]) -> float | None:
@@ -110,5 +119,7 @@ def _number(path: Path, keys: Mapping[str, Any], key: str) -> float:
 
 
 def _short(value: object) -> str:
+    if isinstance(value, int) and value.bit_length() > LONGEST_SHOWN:  # Python writes no int of thousands of digits
+        return f"a whole number of {value.bit_length()} bits"
     text = "nothing" if value is None else repr(value) if isinstance(value, str | int | float) else type(value).__name__
     return text if len(text) <= 60 else text[:57] + "..."

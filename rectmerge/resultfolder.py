@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.imagefile import encode_image, replace_file
-from rectmerge.mapfile import write_map
+from rectmerge.imagefile import encode_image, replace_files
+from rectmerge.mapfile import encode_map
 
 OWN = re.compile(r"alignment\.json|view\.html|overlay(_\d+)?\.png|conflict\.png|merged\.(yaml|pgm)")
 INNERMOST_LIST = re.compile(r"\[\n[-+.\w\s,]*\n\s*\]")  # of numbers: shown on one line
@@ -61,27 +61,24 @@ class ResultFolder:
     def write(
         self, alignment: dict[str, Any], pictures: dict[str, NDArray[np.uint8]], merged: OccupancyGrid | None
     ) -> list[Path]:
-        """Clear earlier results and write new ones, ``alignment.json`` last; return the files.
+        """Replace earlier results by new ones, ``alignment.json`` last; return the files.
 
         Raises
         ------
         InputError
-            If a file cannot be written.
+            If a file cannot be written; earlier results are then still there.
         """
+        files = {name: encode_image(picture, ".png") for name, picture in pictures.items()}
+        if merged is not None:
+            files["merged.pgm"], files["merged.yaml"] = encode_map(merged, "merged.pgm")
+        files["alignment.json"] = (to_json(alignment) + "\n").encode()
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            for file in self._own_files():
-                file.unlink()
+            earlier = self._own_files()
         except OSError as error:
             raise InputError(f"{self.path}: cannot be written: {error.strerror or error}") from None
-        for name, picture in pictures.items():
-            replace_file(self.path / name, encode_image(picture, ".png"))
-        names = list(pictures)
-        if merged is not None:
-            write_map(merged, self.path / "merged.yaml")
-            names += ["merged.yaml", "merged.pgm"]
-        replace_file(self.path / "alignment.json", (to_json(alignment) + "\n").encode())
-        return [self.path / name for name in (*names, "alignment.json")]
+        replace_files({self.path / name: data for name, data in files.items()}, stale=earlier)
+        return [self.path / name for name in files]
 
     def _own_files(self) -> list[Path]:
         if not self.path.is_dir():
