@@ -5,7 +5,7 @@ MARK := $(VENV)/.installed
 # PyBullet has wheels for Python 3.11 and earlier only, so 3.11 is looked for first.
 PYTHON ?= $(shell command -v python3.11 || command -v python3 || command -v python)
 
-.PHONY: demo test test-fast check bench results picture docs clean
+.PHONY: demo test test-fast check bench fuzz results picture docs clean
 
 demo: $(MARK)-sim
 	$(BIN)/rectbench demo -o demo --force
@@ -24,6 +24,10 @@ check: $(MARK)-all
 
 bench: $(MARK)-all
 	$(BIN)/python -m pytest tests/bench -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,rounds
+
+# Random and hostile maps and files for some ten minutes; `make test` tries a few of each.
+fuzz: $(MARK)-all
+	$(BIN)/python -m pytest tests/fuzz -p no:cacheprovider --hypothesis-profile=long
 
 # The leaderboard, anew or from where it was left; real maps where RECTMERGE_REAL_MAPS names their folder.
 results: $(MARK)-all

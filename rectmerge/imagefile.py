@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import re
 import struct
 import warnings
 from collections.abc import Iterable, Mapping
@@ -73,8 +74,9 @@ def read_pixels(path: Path) -> Pixels:
                 return _channels(image)
     except MapFileError:
         raise
-    except Image.DecompressionBombError:
-        raise _too_large(path, "its header tells an absurd size") from None
+    except Image.DecompressionBombError as error:  # "Image size (N pixels) exceeds limit of ..."
+        pixels = re.search(r"\d+", str(error))
+        raise _too_large(path, f"{pixels[0] if pixels else 'too many'} pixels by its header") from None
     except UnidentifiedImageError:
         what = "the file is empty" if path.stat().st_size == 0 else "not an image"
         raise MapFileError(f"{path}: {what}; give a PGM or PNG, or the map's .yaml") from None

@@ -205,7 +205,10 @@ def _read_yaml_map(path: Path, dialect: Dialect | None, *, strict_thresholds: bo
             header.legend.free_thresh,
         )
     occupancy = read_cells(pixels, header.legend, dialect, keep=keep)
-    grid = OccupancyGrid(occupancy, header.resolution, header.origin)
+    try:
+        grid = OccupancyGrid(occupancy, header.resolution, header.origin)
+    except InputError as error:
+        raise MapFileError(f"{path}: {error}") from None
     return _checked(path, grid, "check negate, free_thresh and occupied_thresh")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ from rectmerge.imagefile import BROKEN, require_file
 
 MAX_YAML_BYTES = 65_536
 LONGEST_SHOWN = 1000  # bits of a number in a message
+UNNAMEABLE = re.compile("[\0\ud800-\udfff]")  # what no file's name holds
 LONGEST_NAME = 4096  # bytes of a path, as systems allow it
 
 
@@ -41,7 +43,7 @@ def read_header(source: str | os.PathLike[str]) -> MapHeader:
     path = Path(source)
     keys = _keys(path)
     image = keys.get("image")
-    if not isinstance(image, str) or not image or "\0" in image or len(image) > LONGEST_NAME:
+    if not isinstance(image, str) or not image or len(image) > LONGEST_NAME or UNNAMEABLE.search(image):
         raise MapFileError(f"{path}: image must name the map's image file, got {_short(image)}")
     mode = keys.get("mode", "trinary")
     if mode not in ("trinary", "scale", "raw"):

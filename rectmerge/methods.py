@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 GROUP = "rectmerge.methods"
 DEFAULT_METHOD = "robust"
 FREE_SCALE = (0.5, 2.0)
+JUDGED_SCALE = (0.01, 100.0)
+FARTHEST_CELLS = 1e9  # that a guess or a placement by hand may lie away
 EXPECTED_WITHIN = 0.10  # resolutions are trusted to this share first
 Scale = Literal["auto", "free"] | tuple[float, float] | float
 
@@ -134,8 +136,8 @@ def align(
     if guess is not None:
         from rectmerge.robust.hints import Guess
 
-        if not all(map(math.isfinite, guess)):
-            raise InputError(f"guess must be three finite numbers (x, y, yaw), got {guess}")
+        if not all(abs(number) <= FARTHEST_CELLS * max(1.0, a.cell_size) for number in guess):
+            raise InputError(f"guess must be three finite numbers (x, y, yaw) near the maps, got {guess}")
         solver = _hinted(solver, Guess(a, b, *guess))
     return _answer(solver, a, b, scale, seed)
 
@@ -172,6 +174,12 @@ def check(
     """
     from rectmerge.robust.hints import ByHand
 
+    if not (
+        JUDGED_SCALE[0] <= pixels.scale <= JUDGED_SCALE[1] and max(abs(pixels.tx), abs(pixels.ty)) <= FARTHEST_CELLS
+    ):
+        raise InputError(
+            f"a placement needs a scale of {JUDGED_SCALE[0]:g} to {JUDGED_SCALE[1]:g}, near A, got {pixels}"
+        )
     solver = make_method(method) if isinstance(method, str) else method
     return _answer(_hinted(solver, ByHand(pixels)), a, b, scale, seed)
 

@@ -1,0 +1,125 @@
+"""The whole of `merge` on maps that no robot would draw: a verdict or one line, within 30 seconds."""
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+
+import rectmerge as rm
+from rectmerge import console
+from rectmerge.methods import align, available
+from tests.fuzz import grids
+from tests.fuzz.commands import merged_or_refused, run, save
+
+LONGEST_S = 30.0  # what nobody should wait for without an answer; the machines of these tests are slow and busy
+FRAMES = {
+    "tiny cells": {"resolution": 1e-9},
+    "huge cells": {"resolution": 1e9},
+    "far away": {"resolution": 0.05, "origin": (4e9, -4e9, 0.0)},
+    "wound up": {"resolution": 0.05, "origin": (0.0, 0.0, 1e9)},
+}
+
+
+@pytest.mark.parametrize("name", grids.ADVERSARIES)
+def test_hostile_maps_have_an_answer(tmp_path, capsys, name):
+    cells = grids.ADVERSARIES[name](150)
+    a, b = save(tmp_path, "a", cells), save(tmp_path, "b", np.rot90(cells).copy())
+
+    merged_or_refused(capsys, tmp_path, a, b)
+
+
+@pytest.mark.parametrize("name", ["checkerboard", "room", "noise", "lattice"])
+def test_what_looks_the_same_everywhere_is_not_merged(tmp_path, capsys, name):
+    cells = grids.ADVERSARIES[name](200)
+    other = grids.noise(200, seed=1) if name == "noise" else cells
+    a, b = save(tmp_path, "a", cells), save(tmp_path, "b", other)
+
+    assert merged_or_refused(capsys, tmp_path, a, b) != console.YES
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3])
+def test_ribbons_have_an_answer(tmp_path, capsys, rows):
+    a, b = save(tmp_path, "a", grids.ribbon(rows)), save(tmp_path, "b", grids.ribbon(max(2, rows))[:, ::-1].copy())
+
+    status = merged_or_refused(capsys, tmp_path, a, b)
+
+    assert (status == console.BAD_INPUT) == (rows == 1)  # a single row is no map
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_strange_frames_have_an_answer(tmp_path, capsys, name):
+    cells = grids.noise(60, 0.1, 0.1)
+    a, b = save(tmp_path, "a", cells, **FRAMES[name]), save(tmp_path, "b", cells, resolution=0.05)
+
+    merged_or_refused(capsys, tmp_path, a, b)
+    merged_or_refused(capsys, tmp_path, b, a)
+
+
+def test_maps_of_very_different_sizes_have_an_answer(tmp_path, capsys):
+    a, b = save(tmp_path, "a", grids.room(1500)), save(tmp_path, "b", grids.room(5))
+
+    merged_or_refused(capsys, tmp_path, a, b)
+    merged_or_refused(capsys, tmp_path, b, a)
+
+
+CELLS = arrays(
+    np.int8,
+    array_shapes(min_dims=2, max_dims=2, min_side=2, max_side=24),
+    elements=st.sampled_from([-1, 0, 0, 50, 100]),
+)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(one=CELLS, other=CELLS, scale=st.sampled_from(["auto", "free", "1", "0.1:10"]))
+def test_random_maps_have_an_answer(tmp_path, capsys, one, other, scale):
+    a, b = save(tmp_path, "a", one), save(tmp_path, "b", other)
+
+    merged_or_refused(capsys, tmp_path, a, b, "--scale", scale)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(cells=CELLS, numbers=st.tuples(*[st.floats(-1e12, 1e12) for _ in range(4)]))
+def test_random_placements_have_an_answer(tmp_path, capsys, cells, numbers):
+    a, b = save(tmp_path, "a", grids.room(30)), save(tmp_path, "b", cells)
+    pixels = ",".join(map(str, numbers))
+
+    merged_or_refused(capsys, tmp_path, a, b, f"--pixels={pixels}")
+    merged_or_refused(capsys, tmp_path, a, b, "--guess", ",".join(map(str, numbers[:3])))
+    assert run("check", a, b, f"--pixels={pixels}") in {0, 1, 2, 3}
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize("method", available())
+@pytest.mark.parametrize("name", ["checkerboard", "spiral", "one free cell", "all free", "dust"])
+def test_every_method_has_an_answer(method, name):
+    cells = grids.ADVERSARIES[name](90)
+
+    found = align(rm.OccupancyGrid(cells), rm.OccupancyGrid(np.rot90(cells)[:60].copy()), method=method)
+
+    assert found.verdict in ("accepted", "ambiguous", "rejected")
+    assert found.reason
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", available())
+@pytest.mark.parametrize("name", grids.ADVERSARIES)
+def test_large_hostile_maps_keep_nobody_waiting(method, name):
+    cells = grids.ADVERSARIES[name](1000)
+    a, b = rm.OccupancyGrid(cells), rm.OccupancyGrid(np.rot90(grids.ADVERSARIES[name](700)).copy())
+    started = time.process_time()
+
+    assert align(a, b, method=method).reason
+    assert time.process_time() - started < LONGEST_S
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["spiral", "noise", "lattice", "comb", "dust"])
+def test_larger_ones_are_answered_by_the_default_method(name):
+    grid = rm.OccupancyGrid(grids.ADVERSARIES[name](2000))
+    started = time.process_time()
+
+    assert align(grid, grid).reason
+    assert time.process_time() - started < LONGEST_S
