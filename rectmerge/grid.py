@@ -17,7 +17,6 @@ OCCUPIED = 100
 FREE_AT_MOST = 25  # map_saver's default thresholds, in percent
 OCCUPIED_AT_LEAST = 65
 MOST_CELLS = 150_000_000  # about 12,000 x 12,000: more would not fit a common machine's memory
-FARTHEST_CELLS = 1e11  # of a map's origin: farther away the numbers are too coarse to tell its cells
 LONGEST_SIDE_CELLS = 32_766  # OpenCV turns and rescales no image with a longer side
 
 
@@ -70,8 +69,6 @@ class OccupancyGrid:
         origin = tuple(float(v) for v in self.origin)
         if len(origin) != 3 or not all(map(math.isfinite, origin)):
             raise InputError(f"origin must be three finite numbers (x, y, yaw), got {self.origin}")
-        if max(map(abs, origin[:2])) > FARTHEST_CELLS * self.cell_size or abs(origin[2]) > FARTHEST_CELLS:
-            raise InputError(f"origin lies too far away for cells of {self.cell_size:g} to be told, got {origin}")
         object.__setattr__(self, "origin", origin)
 
     @property

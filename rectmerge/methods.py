@@ -25,6 +25,7 @@ GROUP = "rectmerge.methods"
 DEFAULT_METHOD = "robust"
 FREE_SCALE = (0.5, 2.0)
 JUDGED_SCALE = (0.01, 100.0)
+COARSE_CELLS = 1e11
 FARTHEST_CELLS = 1e9  # that a guess or a placement by hand may lie away
 EXPECTED_WITHIN = 0.10  # resolutions are trusted to this share first
 Scale = Literal["auto", "free"] | tuple[float, float] | float
@@ -194,6 +195,7 @@ def _answer(solver: Method, a: OccupancyGrid, b: OccupancyGrid, scale: Scale, se
     expected = None if a.resolution is None or b.resolution is None else b.resolution / a.resolution
     started = time.perf_counter()
     for name, grid in (("A", a), ("B", b)):
+        _require_near(name, grid)
         if not grid.free.any():
             return Alignment(verdict="rejected", reason=f"map {name} has no free cell", method=solver.name, unit=a.unit)
     bounds, source = _search_bounds(scale, expected)
@@ -207,6 +209,15 @@ def _answer(solver: Method, a: OccupancyGrid, b: OccupancyGrid, scale: Scale, se
         scale=ScaleReport(found=best, expected=expected, source=source),
         seconds=time.perf_counter() - started,
     )
+
+
+def _require_near(name: str, grid: OccupancyGrid) -> None:
+    """Refuse a map whose origin is so far away that numbers are too coarse to tell its cells."""
+    *at, yaw = grid.origin
+    if max(map(abs, at)) > COARSE_CELLS * grid.cell_size or abs(yaw) > COARSE_CELLS:
+        raise InputError(
+            f"map {name}: its origin {grid.origin} is too far away for cells of {grid.cell_size:g} {grid.unit}; move it nearer"
+        )
 
 
 def searched_scale(scale: Scale, report: ScaleReport) -> tuple[float, float]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
-from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS, UNKNOWN, OccupancyGrid
+from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS, OCCUPIED_AT_LEAST, UNKNOWN, OccupancyGrid
 from rectmerge.similarity import Similarity
 
 CELLS_AT_ONCE = 1 << 19
@@ -101,7 +101,8 @@ def _lay(grid: OccupancyGrid, pixels: Similarity, shape: tuple[int, int]) -> NDA
     if not _is_straight(pixels, grid):
         for points, at in _corner_marks(grid, walls, pixels):
             _mark(layer, points, values[at])
-    _mark(layer, pixels.apply(walls[:, ::-1]), values)
+    centres = pixels.apply(walls[:, ::-1])
+    _mark(layer, *_unshown(layer, centres, values))
     return layer
 
 
@@ -128,6 +129,20 @@ def _mark(layer: NDArray[np.int8], points: NDArray[np.float64], values: NDArray[
     u, v = np.floor(points + TIE).astype(int).T
     inside = (u >= 0) & (v >= 0) & (u < layer.shape[1]) & (v < layer.shape[0])
     layer[v[inside], u[inside]] = values[inside]
+
+
+def _unshown(
+    layer: NDArray[np.int8], points: NDArray[np.float64], values: NDArray[np.int8]
+) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
+    """Leave out the points midway between cells of which one is a wall already: marking the other would double it."""
+    low, high = (np.floor(points + side).astype(int) for side in (1 - TIE, TIE))
+    midway = np.flatnonzero((low != high).any(axis=1))
+    shown = np.zeros(len(points), np.bool_)
+    for u in (low[midway, 0], high[midway, 0]):
+        for v in (low[midway, 1], high[midway, 1]):
+            inside = (u >= 0) & (v >= 0) & (u < layer.shape[1]) & (v < layer.shape[0])
+            shown[midway[inside]] |= layer[v[inside], u[inside]] >= OCCUPIED_AT_LEAST
+    return points[~shown], values[~shown]
 
 
 def _is_straight(pixels: Similarity, grid: OccupancyGrid) -> bool:

@@ -78,7 +78,7 @@ class Guess:
                 for at in ranking.placements
             ]
         )
-        loss = 0.5 * (away / (GUESS_STD * search.b.radius)) ** 2
+        loss = 0.5 * (away / (GUESS_STD * max(1.0, search.b.radius))) ** 2
         weighed = replace(
             ranking,
             plausibility=ranking.plausibility - loss,

@@ -11,7 +11,9 @@ import cv2
 import numpy as np
 import pytest
 
+from rectmerge import cli, console
 from rectmerge.grid import OccupancyGrid
+from rectmerge.mapfile import write_map
 from rectmerge.methods import align, available, make_method
 from rectmerge.quality import measure_quality
 from rectmerge.rectangles import maximal_rectangles
@@ -69,3 +71,15 @@ def test_stage(benchmark, name, side):
     benchmark.extra_info |= {"what": name, "side": side}
 
     assert benchmark.pedantic(STAGES[name], (a,), rounds=ROUNDS, warmup_rounds=1) is not None
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_command(benchmark, tmp_path, side):
+    for name, grid in zip("ab", pair_of(side), strict=True):
+        write_map(grid, tmp_path / f"{name}.yaml")
+    words = ["merge", *(str(tmp_path / f"{name}.yaml") for name in "ab"), "-o", str(tmp_path / "out"), "--force", "-q"]
+    benchmark.extra_info |= {"what": "rectmerge merge, files and pictures included", "side": side}
+
+    status = benchmark.pedantic(console.run, (cli.app, "rectmerge", words), rounds=ROUNDS, warmup_rounds=1)
+
+    assert status in (console.YES, console.NO, console.AMBIGUOUS)

@@ -15,10 +15,12 @@ from tests.fuzz import grids
 from tests.fuzz.commands import merged_or_refused, run, save
 
 LONGEST_S = 30.0  # what nobody should wait for without an answer; the machines of these tests are slow and busy
+FEW = settings.default.max_examples // 10  # a whole merge takes its time
 FRAMES = {
     "tiny cells": {"resolution": 1e-9},
     "huge cells": {"resolution": 1e9},
     "far away": {"resolution": 0.05, "origin": (4e9, -4e9, 0.0)},
+    "beyond all numbers": {"resolution": 0.05, "origin": (1e300, -1e300, 0.0)},
     "wound up": {"resolution": 0.05, "origin": (0.0, 0.0, 1e9)},
 }
 
@@ -72,7 +74,7 @@ CELLS = arrays(
 )
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=FEW, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(one=CELLS, other=CELLS, scale=st.sampled_from(["auto", "free", "1", "0.1:10"]))
 def test_random_maps_have_an_answer(tmp_path, capsys, one, other, scale):
     a, b = save(tmp_path, "a", one), save(tmp_path, "b", other)
@@ -80,7 +82,7 @@ def test_random_maps_have_an_answer(tmp_path, capsys, one, other, scale):
     merged_or_refused(capsys, tmp_path, a, b, "--scale", scale)
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=FEW, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(cells=CELLS, numbers=st.tuples(*[st.floats(-1e12, 1e12) for _ in range(4)]))
 def test_random_placements_have_an_answer(tmp_path, capsys, cells, numbers):
     a, b = save(tmp_path, "a", grids.room(30)), save(tmp_path, "b", cells)

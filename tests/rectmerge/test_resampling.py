@@ -72,6 +72,18 @@ def test_walls_are_not_thickened_noticeably(ring, pixels):
     assert (layer == WALL).sum() <= 1.5 * length * max(1.0, pixels.scale) + 10
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.5, 1.0, 1.5])
+@pytest.mark.parametrize("shift", [(0.5, 0.0), (0.0, 0.5), (0.5, 0.5), (-0.5, 1.5)])
+def test_a_wall_midway_between_cells_stays_one_cell_thick(turn, shift):
+    cells = np.zeros((21, 31), np.int8)
+    cells[5:16, 7] = cells[5:16, 20] = cells[5, 7:21] = cells[15, 7:21] = WALL
+    grid = OccupancyGrid(cells)
+
+    (layer,), _ = resample([grid], [Similarity(1.0, turn * np.pi, *shift)])
+
+    assert (layer == WALL).sum() == grid.occupied.sum()
+
+
 @pytest.mark.parametrize("scale", [1.0, 1.7, 3.0])
 @pytest.mark.parametrize("angle", [0.0, 0.4, math.pi / 4])
 def test_a_straight_wall_keeps_its_area_on_a_finer_lattice(scale, angle):
