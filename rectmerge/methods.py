@@ -216,7 +216,8 @@ def _require_near(name: str, grid: OccupancyGrid) -> None:
     *at, yaw = grid.origin
     if max(map(abs, at)) > COARSE_CELLS * grid.cell_size or abs(yaw) > COARSE_CELLS:
         raise InputError(
-            f"map {name}: its origin {grid.origin} is too far away for cells of {grid.cell_size:g} {grid.unit}; move it nearer"
+            f"map {name}: its origin {grid.origin} is too far away for cells of {grid.cell_size:g} {grid.unit}; "
+            "move it nearer"
         )
 
 
