@@ -73,7 +73,7 @@ def test_stage(benchmark, name, side):
     assert benchmark.pedantic(STAGES[name], (a,), rounds=ROUNDS, warmup_rounds=1) is not None
 
 
-@pytest.mark.parametrize("side", (*SIDES, 8000))
+@pytest.mark.parametrize("side", [*SIDES, 8000])
 def test_command(benchmark, tmp_path, side):
     for name, grid in zip("ab", pair_of(side), strict=True):
         write_map(grid, tmp_path / f"{name}.yaml")
