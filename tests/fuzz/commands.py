@@ -10,6 +10,7 @@ from rectmerge import cli, console
 from tests.fuzz.grids import Cells
 
 ANSWERS = {console.YES, console.NO, console.AMBIGUOUS}
+ANSWERED = ANSWERS | {console.BAD_INPUT}
 
 
 def run(*words: object) -> int:

@@ -1,24 +1,11 @@
 """What a person does with the page in a browser, and what the page then tells."""
 
 import json
-import shutil
 
 import numpy as np
 
 from rectmerge.mapfile import read_map
 from rectmerge.similarity import Similarity
-
-
-def start():
-    """Start a browser that writes down its requests and its console."""
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
-    options = webdriver.ChromeOptions()
-    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--window-size=1200,1000"):
-        options.add_argument(argument)
-    options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
-    return webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
 
 
 def opened(browser, folder):

@@ -1,6 +1,5 @@
 """The page in a real browser: what pointers, keys and buttons do, and that its numbers are right."""
 
-import json
 import math
 import shutil
 
@@ -11,6 +10,7 @@ from rectmerge.cli import app
 from rectmerge.console import run
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.mapfile import read_map
+from tests import browser as pages
 from tests.rectmerge.view.browsing import (
     by_hand,
     close,
@@ -22,7 +22,6 @@ from tests.rectmerge.view.browsing import (
     opened,
     picture,
     placed,
-    start,
     told,
     turn_wheel,
     value,
@@ -38,7 +37,7 @@ pytestmark = [
 @pytest.fixture(scope="module")
 def browser():
     """A browser that writes down its requests and its console."""
-    browser = start()
+    browser = pages.start()
     yield browser
     browser.quit()
 
@@ -277,20 +276,13 @@ def test_without_a_candidate_a_hand_places_b(browser, write_answer, tmp_path):
 
 @pytest.mark.parametrize("width", [360, 1200])
 def test_the_page_is_no_wider_than_the_screen(page, width):
-    page.execute_cdp_cmd(
-        "Emulation.setDeviceMetricsOverride",
-        {"width": width, "height": 800, "deviceScaleFactor": 2, "mobile": width < 500},
-    )
     by_hand(page)
-    assert page.execute_script("return document.documentElement.scrollWidth") <= width
-    page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    assert pages.width_on_a_screen(page, width) <= width
 
 
 def test_nothing_is_asked_of_the_network_and_nothing_goes_wrong(page):
-    events = [json.loads(entry["message"])["message"] for entry in page.get_log("performance")]
-    asked = [one["params"]["request"]["url"] for one in events if one["method"] == "Network.requestWillBeSent"]
-    complaints = [entry for entry in page.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")]
+    asked = pages.requests(page)
 
     assert any(url.startswith("file:") for url in asked)
     assert not [url for url in asked if not url.startswith(("file:", "data:"))]
-    assert not complaints
+    assert not pages.complaints(page)

@@ -1,11 +1,11 @@
 """The page in a real browser: what a click, a choice and the slider do, and that it asks the network for nothing."""
 
-import json
 import shutil
 
 import pytest
 
 from scenarios.report.page import write_report
+from tests import browser
 
 pytestmark = [
     pytest.mark.slow,
@@ -16,19 +16,12 @@ pytestmark = [
 @pytest.fixture(scope="module")
 def page(report_run, tmp_path_factory):
     """The report, open in a browser that writes down its requests and its console."""
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
     out = tmp_path_factory.mktemp("browser") / "report.html"
     write_report([report_run], out)
-    options = webdriver.ChromeOptions()
-    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--window-size=1200,1000"):
-        options.add_argument(argument)
-    options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
-    browser = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
-    browser.get(out.as_uri())
-    yield browser
-    browser.quit()
+    opened = browser.start()
+    opened.get(out.as_uri())
+    yield opened
+    opened.quit()
 
 
 def all_of(page, css):
@@ -96,19 +89,12 @@ def test_the_slider_fades_between_a_both_b_and_the_truth(page):
 
 @pytest.mark.parametrize("width", [360, 1200])
 def test_the_page_is_no_wider_than_the_screen(page, width):
-    page.execute_cdp_cmd(
-        "Emulation.setDeviceMetricsOverride",
-        {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 500},
-    )
-    assert page.execute_script("return document.documentElement.scrollWidth") <= width
-    page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    assert browser.width_on_a_screen(page, width) <= width
 
 
 def test_nothing_is_asked_of_the_network_and_nothing_goes_wrong(page):
-    events = [json.loads(entry["message"])["message"] for entry in page.get_log("performance")]
-    asked = [one["params"]["request"]["url"] for one in events if one["method"] == "Network.requestWillBeSent"]
-    complaints = [entry for entry in page.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")]
+    asked = browser.requests(page)
 
     assert any(url.startswith("file:") for url in asked)
     assert not [url for url in asked if not url.startswith(("file:", "data:"))]
-    assert not complaints
+    assert not browser.complaints(page)
