@@ -56,15 +56,14 @@ class _Raster:
         table = sides.gains(WallNoise(tuple(spread / scale for spread in NOISE.spreads), NOISE.outliers))
         walls = np.zeros((4, size[1], size[0]), np.float32)
         gains = np.empty_like(walls)
-        at = np.rint(features.walls @ linear.T + shift).astype(np.intp)
+        at = np.rint(features.walls @ linear.T + shift).astype(np.intp) @ [1, size[0]]  # (N,)
         for k in range(4):
             codes = cv2.warpAffine(
                 sides.codes[k], np.column_stack([linear, shift]), size.tolist(),
                 flags=cv2.INTER_NEAREST, borderValue=ON_BORDER,
             )  # fmt: skip
             gains[k] = cv2.LUT(codes, table[k])
-            u, v = at[sides.faces[:, k]].T
-            np.add.at(walls[k], (v, u), 1)
+            walls[k] = np.bincount(at[sides.faces[:, k]], minlength=walls[k].size).reshape(walls[k].shape)
         return cls(walls, gains, linear, shift)
 
     @property

