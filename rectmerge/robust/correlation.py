@@ -56,7 +56,10 @@ class _Raster:
         table = sides.gains(WallNoise(tuple(spread / scale for spread in NOISE.spreads), NOISE.outliers))
         walls = np.zeros((4, size[1], size[0]), np.float32)
         gains = np.empty_like(walls)
-        at = np.rint(features.walls @ linear.T + shift).astype(np.intp) @ [1, size[0]]  # (N,)
+        # written out: a product of so slender matrices wakes threads that wait for each other on a busy machine
+        x, y = features.walls.T
+        u, v = (np.rint(row[0] * x + row[1] * y + by).astype(np.intp) for row, by in zip(linear, shift, strict=True))
+        at = v * size[0] + u  # (N,)
         for k in range(4):
             codes = cv2.warpAffine(
                 sides.codes[k], np.column_stack([linear, shift]), size.tolist(),
