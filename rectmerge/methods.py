@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import math
 import time
 from collections.abc import Mapping
 from importlib.metadata import EntryPoint, entry_points
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 GROUP = "rectmerge.methods"
 DEFAULT_METHOD = "robust"
 FREE_SCALE = (0.5, 2.0)
-JUDGED_SCALE = (0.01, 100.0)
+MOST_SCALE = 10_000.0  # cells of one map per cell of the other: beyond, all of one lies in a cell of the other
 COARSE_CELLS = 1e11
 FARTHEST_CELLS = 1e9  # that a guess or a placement by hand may lie away
 EXPECTED_WITHIN = 0.10  # resolutions are trusted to this share first
@@ -175,12 +174,8 @@ def check(
     """
     from rectmerge.robust.hints import ByHand
 
-    if not (
-        JUDGED_SCALE[0] <= pixels.scale <= JUDGED_SCALE[1] and max(abs(pixels.tx), abs(pixels.ty)) <= FARTHEST_CELLS
-    ):
-        raise InputError(
-            f"a placement needs a scale of {JUDGED_SCALE[0]:g} to {JUDGED_SCALE[1]:g}, near A, got {pixels}"
-        )
+    if not (1 / MOST_SCALE <= pixels.scale <= MOST_SCALE and max(abs(pixels.tx), abs(pixels.ty)) <= FARTHEST_CELLS):
+        raise InputError(f"a placement has a scale of 1/{MOST_SCALE:g} to {MOST_SCALE:g} and lies near A, got {pixels}")
     solver = make_method(method) if isinstance(method, str) else method
     return _answer(_hinted(solver, ByHand(pixels)), a, b, scale, seed)
 
@@ -228,6 +223,10 @@ def searched_scale(scale: Scale, report: ScaleReport) -> tuple[float, float]:
 
 def _search_bounds(scale: Scale, expected: float | None) -> tuple[tuple[float, float], ScaleSource]:
     if scale == "auto" and expected is not None:
+        if not 1 / MOST_SCALE <= expected <= MOST_SCALE:
+            raise InputError(
+                f"the resolutions tell {expected:g} cells of A per cell of B: one is wrong; tell the right one"
+            )
         return (expected * (1 - EXPECTED_WITHIN), expected * (1 + EXPECTED_WITHIN)), "resolution"
     if scale in ("auto", "free"):
         return FREE_SCALE, "search"
@@ -235,8 +234,8 @@ def _search_bounds(scale: Scale, expected: float | None) -> tuple[tuple[float, f
         lo, hi = scale if isinstance(scale, tuple) else (float(scale), float(scale))
     except (TypeError, ValueError):
         raise InputError(f'scale must be "auto", "free", (lo, hi) or a number, got {scale!r}') from None
-    if not (math.isfinite(hi) and 0 < lo <= hi):
-        raise InputError(f"scale must satisfy 0 < lo <= hi, got {scale!r}")
+    if not 1 / MOST_SCALE <= lo <= hi <= MOST_SCALE:
+        raise InputError(f"scale must satisfy 1/{MOST_SCALE:g} <= lo <= hi <= {MOST_SCALE:g}, got {scale!r}")
     return (lo, hi), "given"
 
 

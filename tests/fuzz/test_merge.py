@@ -18,7 +18,9 @@ LONGEST_S = 30.0  # what nobody should wait for without an answer; the machines 
 FEW = settings.default.max_examples // 10  # a whole merge takes its time
 FRAMES = {
     "tiny cells": {"resolution": 1e-9},
+    "hardly any cells": {"resolution": 1e-300},
     "huge cells": {"resolution": 1e9},
+    "enormous cells": {"resolution": 1e300},
     "far away": {"resolution": 0.05, "origin": (4e9, -4e9, 0.0)},
     "beyond all numbers": {"resolution": 0.05, "origin": (1e300, -1e300, 0.0)},
     "wound up": {"resolution": 0.05, "origin": (0.0, 0.0, 1e9)},
@@ -58,6 +60,13 @@ def test_strange_frames_have_an_answer(tmp_path, capsys, name):
 
     assert merged_or_refused(capsys, tmp_path, a, b) in ANSWERED
     assert merged_or_refused(capsys, tmp_path, b, a) in ANSWERED
+
+
+@pytest.mark.parametrize("scale", ["1e-300", "1e300", "1e-9", "0.0001", "10000", "0.0001:10000", "1e-5:1e5"])
+def test_strange_scales_have_an_answer(tmp_path, capsys, scale):
+    a, b = save(tmp_path, "a", grids.room(60)), save(tmp_path, "b", grids.room(50))
+
+    assert merged_or_refused(capsys, tmp_path, a, b, "--scale", scale) in ANSWERED
 
 
 def test_maps_of_very_different_sizes_have_an_answer(tmp_path, capsys):
