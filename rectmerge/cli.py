@@ -49,7 +49,7 @@ def inspect(
     debug: console.Debug = False,
 ) -> None:
     """Draw a map's rectangles and orientation, and tell its size and its own accuracy."""
-    from rectmerge.imagefile import encode_image, replace_file
+    from rectmerge.imagefile import encode_image, real, replace_file
     from rectmerge.inspection import inspect_map
     from rectmerge.mapoptions import files_of, name_maps, read_maps
     from rectmerge.resultfolder import to_json
@@ -59,7 +59,7 @@ def inspect(
     inputs = name_maps(
         [map_file], free=free, occupied=occupied, unknown=unknown, dialect=dialect, strict=strict_thresholds
     )
-    if output.resolve() in {file.resolve() for file in files_of(inputs)}:
+    if real(output) in map(real, files_of(inputs)):
         raise InputError(f"{output}: is the map itself; name another picture with -o")
     (grid,) = read_maps(inputs, quiet=quiet)
     inspection = inspect_map(grid)

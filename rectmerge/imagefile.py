@@ -106,6 +106,11 @@ def require_file(path: Path) -> None:
     raise MapFileError(f"{path}: {what}")
 
 
+def real(path: Path) -> Path:
+    """Resolve a path's links, as far as that goes: of a link to itself its own name stays."""
+    return Path(os.path.realpath(path))
+
+
 def replace_file(path: Path, data: bytes) -> None:
     """Write a file so that its name never holds half of it.
 

@@ -13,6 +13,7 @@ from rectmerge.bagfile import is_bag, split_bag
 from rectmerge.dialects import DIALECTS, Dialect
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
+from rectmerge.imagefile import real
 from rectmerge.mapfile import is_yaml, read_image, read_map
 
 GREYS = ("free", "occupied", "unknown")
@@ -93,7 +94,7 @@ def told_inputs(folder: str | Path, a: Input, b: Input) -> dict[str, Any]:
     return {
         name: {
             "given": one.given,
-            "path": os.path.relpath(_resolved(one.path), Path(folder).resolve()),
+            "path": os.path.relpath(_resolved(one.path), real(Path(folder))),
             **{grey: one.greys.get(grey) if one.is_plain else None for grey in GREYS},
             "dialect": one.dialect,
             "strict_thresholds": one.strict,
@@ -154,7 +155,7 @@ def _input(told: Mapping[str, Any], name: str, folder: Path, instead: Path | Non
         entry = told["inputs"][name]
         found = Input(
             given=str(entry["given"]),
-            path=Path(os.path.normpath(folder.resolve() / str(entry["path"]))),
+            path=Path(os.path.normpath(real(folder) / str(entry["path"]))),
             greys={grey: None if entry[grey] is None else int(entry[grey]) for grey in GREYS},
             dialect=entry["dialect"] if entry["dialect"] in DIALECTS else None,
             strict=bool(entry["strict_thresholds"]),
@@ -175,4 +176,4 @@ def _input(told: Mapping[str, Any], name: str, folder: Path, instead: Path | Non
 
 def _resolved(path: Path) -> Path:
     """Resolve a file's folder but not its own name: a link is read by the name it was given."""
-    return path.parent.resolve() / path.name
+    return real(path.parent) / path.name

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.imagefile import encode_image, replace_files
+from rectmerge.imagefile import encode_image, real, replace_files
 from rectmerge.mapfile import encode_map
 
 OWN = re.compile(r"alignment\.json|view\.html|overlay(_\d+)?\.png|conflict\.png|merged\.(yaml|pgm)")
@@ -43,14 +43,15 @@ class ResultFolder:
         InputError
             If it is not a folder or not writable, would overwrite an input, or holds results and `force` is False.
         """
-        if self.path.exists() and not self.path.is_dir():
-            raise InputError(f"{self.path}: is not a folder; name another with -o")
-        existing = next(p for p in (self.path.absolute(), *self.path.absolute().parents) if p.exists())
-        if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
+        try:
+            is_writable = self._is_writable()
+        except OSError:  # a name too long, a folder above that may not be looked into
+            is_writable = False
+        if not is_writable:
             raise InputError(f"{self.path}: cannot be written; name another folder with -o")
         for file in inputs:
-            named = {file.absolute(), file.resolve()}  # a link counts by its own name as well
-            if any(p.parent.resolve() == self.path.resolve() and OWN.fullmatch(p.name) for p in named):
+            named = {file.absolute(), real(file)}  # a link counts by its own name as well
+            if any(real(p.parent) == real(self.path) and OWN.fullmatch(p.name) for p in named):
                 raise InputError(
                     f"{file}: is an input, and results in {self.path} would replace it; name another folder"
                 )
@@ -79,6 +80,13 @@ class ResultFolder:
             raise InputError(f"{self.path}: cannot be written: {error.strerror or error}") from None
         replace_files({self.path / name: data for name, data in files.items()}, stale=earlier)
         return [self.path / name for name in files]
+
+    def _is_writable(self) -> bool:
+        """Whether it is a folder that takes files, or can be made; refuses what is there and no folder."""
+        if not self.path.is_dir() and os.path.lexists(self.path):
+            raise InputError(f"{self.path}: is not a folder; name another with -o")
+        existing = next(p for p in (self.path.absolute(), *self.path.absolute().parents) if p.exists())
+        return existing.is_dir() and os.access(existing, os.R_OK | os.W_OK | os.X_OK)
 
     def _own_files(self) -> list[Path]:
         if not self.path.is_dir():

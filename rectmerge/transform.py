@@ -117,7 +117,7 @@ class Answer:
             raise InputError(f"{path}: cannot be read: {error.strerror}; name the folder of a merge") from None
         except KeyError as error:
             raise InputError(f"{path}: not an answer of rectmerge merge: there is no {error}; merge again") from None
-        except (ValueError, TypeError) as error:
+        except (ValueError, TypeError, RecursionError) as error:
             raise InputError(f"{path}: not an answer of rectmerge merge: {error}; merge again") from None
 
     def candidate(self, number: int) -> Placed:
@@ -147,7 +147,7 @@ def carry_points(text: str, name: str, b_to_a: Similarity) -> str:
     is_geojson = Path(name).suffix.lower() in (".json", ".geojson")
     try:
         return _carry_geojson(text, b_to_a) if is_geojson else _carry_csv(text, b_to_a)
-    except (ValueError, IndexError, TypeError) as error:
+    except (ValueError, IndexError, TypeError, RecursionError, csv.Error) as error:
         kind = "GeoJSON" if is_geojson else "CSV with columns x and y"
         raise InputError(f"{name}: not {kind}: {error}") from None
 
