@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -90,7 +89,7 @@ app.command()(view)
 
 def main() -> None:
     """Run the command and exit with its status."""
-    sys.exit(console.run(app, "rectmerge"))
+    console.end(app, "rectmerge")
 
 
 def _describe_method(point: EntryPoint) -> dict[str, Any]:

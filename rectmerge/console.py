@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import _thread
 import errno
 import logging
 import os
+import signal
 import sys
 import tempfile
+import threading
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
 from rectmerge import __version__
 from rectmerge.errors import RectMergeError
+
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
 
 YES = 0
 NO = 1
@@ -24,6 +30,7 @@ BAD_INPUT = 2
 AMBIGUOUS = 3
 INTERNAL = 70
 INTERRUPTED = 130
+AGAIN_SECONDS = 0.02  # until an interrupt that was lost is raised again
 BROKEN_PIPE = 141  # as a shell reports a reader that went away; 1 would mean "no"
 
 
@@ -41,6 +48,14 @@ Version = Annotated[
     typer.Option("--version", metavar="", help="Show the version and exit.", callback=_show_version, is_eager=True),
 ]
 STATUS = {"accepted": YES, "rejected": NO, "ambiguous": AMBIGUOUS}  # of a verdict
+
+
+def end(app: typer.Typer, prog: str) -> NoReturn:
+    """Run the command line of this process, as `run` does, and end the process with the status."""
+    sys.unraisablehook = _raise_interrupts_again
+    status = run(app, prog)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Python takes a moment to end, and nothing is left to interrupt
+    sys.exit(status)
 
 
 def run(app: typer.Typer, prog: str, args: Sequence[str] | None = None) -> int:
@@ -66,7 +81,7 @@ def run(app: typer.Typer, prog: str, args: Sequence[str] | None = None) -> int:
 
     Examples
     --------
-    ``def main() -> None: sys.exit(console.run(app, "rectmerge"))``
+    ``assert console.run(app, "rectmerge", ["--version"]) == 0``
     """
     words = list(sys.argv[1:] if args is None else args)
     try:
@@ -127,6 +142,14 @@ def _status(end: SystemExit, prog: str) -> int:
 def _interrupted(prog: str) -> int:
     say(f"{prog}: interrupted")
     return INTERRUPTED
+
+
+def _raise_interrupts_again(lost: UnraisableHookArgs) -> None:
+    """Let no interrupt be lost that comes while compiled code calls Python back, where nothing can be raised."""
+    if issubclass(lost.exc_type, KeyboardInterrupt):
+        threading.Timer(AGAIN_SECONDS, _thread.interrupt_main).start()
+    else:
+        sys.__unraisablehook__(lost)
 
 
 def _internal(prog: str, words: Sequence[str], error: Exception) -> int:

@@ -271,7 +271,7 @@ def worlds(
 
 def main() -> None:
     """Run the command and exit with its status."""
-    sys.exit(console.run(app, "rectbench"))
+    console.end(app, "rectbench")
 
 
 def _command() -> str:

@@ -6,6 +6,7 @@ import resource
 import signal
 import stat
 import subprocess
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -167,8 +168,7 @@ def test_an_interrupt_at_any_time_leaves_earlier_or_later_results(earlier, noisy
     assert process.stdout
     process.stdout.readline()
 
-    with pytest.raises(subprocess.TimeoutExpired):
-        process.wait(seconds)
+    time.sleep(seconds)  # whatever it does by then; it may have ended
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
 

@@ -1,4 +1,6 @@
 import logging
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -105,3 +107,21 @@ def test_notes_are_shown_by_the_command_only():
     logger = logging.getLogger("rectmerge")
     assert not logger.handlers
     assert not logger.isEnabledFor(logging.INFO)
+
+
+LOST = """
+import ctypes, signal, time, typer
+from rectmerge import console
+app = typer.Typer()
+@app.command()
+def go():
+    ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))()
+    time.sleep(30)
+console.end(app, "tool")
+"""
+
+
+def test_an_interrupt_that_python_would_lose_in_a_callback_is_raised_again():
+    ended = subprocess.run([sys.executable, "-c", LOST], capture_output=True, text=True, timeout=20)
+
+    assert (ended.returncode, ended.stderr.strip()) == (130, "tool: interrupted")
