@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import _thread
 import errno
 import logging
 import os
@@ -147,7 +146,8 @@ def _interrupted(prog: str) -> int:
 def _raise_interrupts_again(lost: UnraisableHookArgs) -> None:
     """Let no interrupt be lost that comes while compiled code calls Python back, where nothing can be raised."""
     if issubclass(lost.exc_type, KeyboardInterrupt):
-        threading.Timer(AGAIN_SECONDS, _thread.interrupt_main).start()
+        main = threading.main_thread().ident or 0
+        threading.Timer(AGAIN_SECONDS, signal.pthread_kill, (main, signal.SIGINT)).start()
     else:
         sys.__unraisablehook__(lost)
 
