@@ -152,6 +152,31 @@ def test_results_go_through_a_link_to_a_folder_and_not_over_what_a_link_leads_to
     assert "Traceback" not in capsys.readouterr().err
 
 
+def test_names_that_cannot_be_are_refused_in_one_line(tmp_path, capsys):
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    deep = "[" * 100_000
+    (tmp_path / "deep.geojson").write_text(deep)
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "alignment.json").write_text(deep)
+    assert run("merge", A, B, "-o", tmp_path / "good", "-q") == console.YES
+    capsys.readouterr()
+
+    for words in (
+        ("merge", A, B, "-o", tmp_path / "loop"),
+        ("merge", A, B, "-o", tmp_path / "loop" / "out"),
+        ("merge", A, B, "-o", tmp_path / ("x" * 300)),
+        ("merge", tmp_path / "loop", B, "-o", tmp_path / "out"),
+        ("merge", tmp_path / ("y" * 300), B, "-o", tmp_path / "out"),
+        ("inspect", A, "-o", tmp_path / "loop" / "p.png"),
+        ("transform", tmp_path / "deep"),
+        ("transform", tmp_path / "loop"),
+        ("transform", tmp_path / "good", "--points", tmp_path / "deep.geojson"),
+        ("view", tmp_path / "deep", "--no-open"),
+    ):
+        assert run(*words) == console.BAD_INPUT, words
+        assert len(capsys.readouterr().err.strip().splitlines()) == 1, words
+
+
 def test_a_map_too_large_is_refused_by_its_header_and_costs_no_memory(tmp_path):
     Image.new("1", (20_000, 20_000)).save(tmp_path / "large.png")
     process = started("merge", tmp_path / "large.png", B, "-o", tmp_path / "out")
