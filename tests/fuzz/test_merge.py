@@ -116,7 +116,7 @@ def test_every_method_has_an_answer(method, name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", available())
-@pytest.mark.parametrize("name", ["checkerboard", "spiral", "noise", "comb", "lattice"])
+@pytest.mark.parametrize("name", ["spiral", "noise", "lattice"])
 def test_large_hostile_maps_keep_nobody_waiting(method, name):
     cells = grids.ADVERSARIES[name](1000)
     a, b = rm.OccupancyGrid(cells), rm.OccupancyGrid(np.rot90(grids.ADVERSARIES[name](700)).copy())
