@@ -26,7 +26,7 @@ FREE_SCALE = (0.5, 2.0)
 MOST_SCALE = 10_000.0  # cells of one map per cell of the other: beyond, all of one lies in a cell of the other
 COARSE_CELLS = 1e11
 FARTHEST_CELLS = 1e9  # that a guess or a placement by hand may lie away
-EXPECTED_WITHIN = 0.10  # resolutions are trusted to this share first
+EXPECTED_WITHIN = 1.1  # resolutions are trusted to this factor either way first: the same where maps change places
 Scale = Literal["auto", "free"] | tuple[float, float] | float
 
 
@@ -197,6 +197,9 @@ def _answer(solver: Method, a: OccupancyGrid, b: OccupancyGrid, scale: Scale, se
     found = solver.align(a, b, scale=bounds, rng=np.random.default_rng(seed))
     if source == "resolution" and found.verdict == "rejected":
         found, source = _search_freely(solver, a, b, found, expected or 1.0, seed)
+    if source == "given" and not found and expected is not None and not bounds[0] <= expected <= bounds[1]:
+        hint = f"the resolutions tell a scale of {expected:.3g}, which was not among those searched"
+        found = dataclasses.replace(found, reason=f"{found.reason}; {hint}")
     best = found.candidates[0].pixels.scale if found.candidates else None
     return dataclasses.replace(
         found,
@@ -227,7 +230,7 @@ def _search_bounds(scale: Scale, expected: float | None) -> tuple[tuple[float, f
             raise InputError(
                 f"the resolutions tell {expected:g} cells of A per cell of B: one is wrong; tell the right one"
             )
-        return (expected * (1 - EXPECTED_WITHIN), expected * (1 + EXPECTED_WITHIN)), "resolution"
+        return (expected / EXPECTED_WITHIN, expected * EXPECTED_WITHIN), "resolution"
     if scale in ("auto", "free"):
         return FREE_SCALE, "search"
     try:
@@ -247,7 +250,7 @@ def _search_freely(
     if not found:
         return refused, "resolution"
     ratio = found.candidates[0].pixels.scale / expected
-    if abs(ratio - 1) <= EXPECTED_WITHIN:
+    if 1 / EXPECTED_WITHIN <= ratio <= EXPECTED_WITHIN:
         return found, "search"
     hint = f"the maps fit at {ratio:.2f} times the scale their resolutions tell: is one resolution wrong?"
     return dataclasses.replace(found, reason=f"{found.reason}; {hint}"), "search"

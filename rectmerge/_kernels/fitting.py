@@ -218,6 +218,30 @@ def add_surface(
 
 
 @kernel
+def add_surfaces(
+    matrix: NDArray[np.float64],
+    vector: NDArray[np.float64],
+    placement: tuple[float, float, float, float],
+    points_b: NDArray[np.float64],
+    index_a: NDArray[np.int32],
+    surface_a: NDArray[np.float64],
+    points_a: NDArray[np.float64],
+    index_b: NDArray[np.int32],
+    surface_b: NDArray[np.float64],
+    reach: float,
+) -> tuple[float, int, int]:
+    """Set the normal equations to those of each map's surface on the other's; returns what `add_surface` does."""
+    matrix[:] = 0
+    vector[:] = 0
+    scale = math.hypot(placement[0], placement[1])
+    near = max(1.5, reach / scale)
+    back = inverse(placement)
+    one = add_surface(matrix, vector, placement, points_b, index_a, surface_a, reach, 1.0, False)
+    two = add_surface(matrix, vector, back, points_a, index_b, surface_b, near, scale * scale, True)
+    return one[0] + two[0], one[1] + two[1], one[2] + two[2]
+
+
+@kernel
 def fit_to_surfaces(
     placement: tuple[float, float, float, float],
     points_b: NDArray[np.float64],
@@ -241,19 +265,15 @@ def fit_to_surfaces(
     matrix, vector = np.zeros((4, 4)), np.zeros(4)
     squares, matched, inside = 0.0, 0, 0
     for step in range(len(reaches)):
-        reach, stride = reaches[step], strides[step]
-        matrix[:] = 0
-        vector[:] = 0
-        scale = math.hypot(p[0], p[1])
-        near = max(1.5, reach / scale)
-        some_b, some_a = points_b[::stride], points_a[::stride]
-        one = add_surface(matrix, vector, p, some_b, index_a, surface_a, reach, 1.0, False)
-        two = add_surface(matrix, vector, inverse(p), some_a, index_b, surface_b, near, scale * scale, True)
-        squares, matched, inside = one[0] + two[0], one[1] + two[1], one[2] + two[2]
+        stride = strides[step]
+        squares, matched, inside = add_surfaces(
+            matrix, vector, p, points_b[::stride], index_a, surface_a, points_a[::stride], index_b, surface_b,
+            reaches[step],
+        )  # fmt: skip
         if matched < least_matched * inside:
             break
         damped = matrix.copy()
         for k in range(4):
             damped[k, k] += 1e-9 * damped[k, k] + 1e-9
-        p = stepped(p, solve(damped, vector), reach, bounds)
+        p = stepped(p, solve(damped, vector), reaches[step], bounds)
     return p, matrix, squares / max(1, matched), matched, inside

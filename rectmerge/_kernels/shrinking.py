@@ -81,7 +81,7 @@ def describe_walls(
         if beside_free == 0:
             continue
         kinds[k] = SURFACE
-        if beside_free + alike == 9 and alike < LARGEST_SPECK and is_speck(cells, r, c):
+        if beside_free + alike == 9 and alike <= LARGEST_SPECK and is_speck(cells, r, c):
             kinds[k] = SPECK
         nx, ny = 0.0, 0.0
         for i in range(max(0, r - 2), min(height, r + 3)):

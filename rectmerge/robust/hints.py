@@ -109,7 +109,7 @@ class ByHand:
     @property
     def better_elsewhere(self) -> str:
         """The reason where the placement is not borne out."""
-        return "the walls agree better elsewhere: look at candidate 2"
+        return "the walls agree better elsewhere: correct the placement, or leave it out and it is searched for"
 
     def steer(self, search: Search, ranking: Ranking, *, is_swapped: bool) -> Ranking:
         """Put the placement first, whatever else was found."""
@@ -122,7 +122,8 @@ class ByHand:
         itself = np.flatnonzero(away < reach)
         first = itself[np.argmax(both.plausibility[itself])]
         apart = np.array([_distance(search, at, both.placements[first]) for at in both.placements])
-        return both.of(np.concatenate([[first], np.flatnonzero(apart >= reach)]))
+        placed, rest = both.of(np.array([first])), both.of(np.flatnonzero(apart >= reach))
+        return placed.beside(search.best_distinct(rest)) if len(rest) else placed
 
 
 def _around(start: NDArray[np.float64], search: Search) -> NDArray[np.float64]:

@@ -116,7 +116,7 @@ class Robust:
         is_mirrored = False
         if not answers[0][2].is_sure:
             answers, is_mirrored = self._beside_mirror_image(answers, unaided, fixed, moving, bounds, rng, stage)
-        verdict, reason = self._verdict(answers[0][2], is_mirrored, maps)
+        verdict, reason = self._verdict(answers[0], is_mirrored, maps)
         if verdict != "accepted" and hint is not None and unaided > answers[0][2].plausibility + BETTER_BY:
             reason = hint.better_elsewhere
         candidates = tuple(
@@ -135,15 +135,15 @@ class Robust:
     def _read(self, grid: OccupancyGrid) -> ReadMap:
         return ReadMap.of(grid, MapCells.of(trinary(grid)), measure_quality(grid), self.rectangles)
 
-    def _verdict(self, best: Evidence, is_mirrored: bool, maps: tuple[ReadMap, ReadMap]) -> tuple[Verdict, str]:
-        verdict = judge(best)
+    def _verdict(self, best: _Answer, is_mirrored: bool, maps: tuple[ReadMap, ReadMap]) -> tuple[Verdict, str]:
+        _, agreement, evidence = best
+        verdict = judge(evidence)
         if verdict == "accepted":
-            return verdict, reasons.accepted(best)
+            return verdict, reasons.accepted(evidence, agreement)
         if is_mirrored:
             return "rejected", "the maps fit when one is mirrored: is one image flipped?"
-        return verdict, reasons.not_accepted(
-            verdict, best, {name: map_.facts for name, map_ in zip("AB", maps, strict=True)}
-        )
+        facts = {name: map_.facts for name, map_ in zip("AB", maps, strict=True)}
+        return verdict, reasons.not_accepted(verdict, evidence, agreement, facts)
 
     def _search(
         self, fixed: ReadMap, moving: ReadMap, scale: tuple[float, float], rng: np.random.Generator, last_stage: int = 2

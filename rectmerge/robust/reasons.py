@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rectmerge.alignment import Verdict
+from rectmerge.overlap import Agreement
 from rectmerge.robust.verdict import ACCEPT_AT, Evidence, without
 
 LEAST_FREE_CELLS = 1500  # of the working grid; less shows no room
@@ -13,6 +15,7 @@ ROUGH = 0.25  # share of neighbouring known cells that differ; crowded maps have
 BESIDE = 0.12  # share of the walls that lie beside each other, not on each other, from which maps seem bent
 LITTLE_SHARED = 0.35  # overlap under which walls meet by chance
 BENT_SUPPORT = 0.25  # likelihood per wall point of maps that fit each other in spite of it
+FAR_BEHIND = 3.0  # times the odds of all others together, from which the best is the only one worth looking at
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,20 +26,20 @@ class MapFacts:
     roughness: float
 
 
-def accepted(evidence: Evidence) -> str:
+def accepted(evidence: Evidence, agreement: Agreement) -> str:
     """Say why a placement is accepted."""
-    said = f"the walls of both maps agree over {evidence.overlap:.0%} of the smaller free area"
+    said = f"the walls of both maps agree over {agreement.overlap:.0%} of the smaller free area"
     return f"{said}; they are bent against each other" if _is_bent(evidence) else said
 
 
-def not_accepted(verdict: Verdict, evidence: Evidence, maps: Mapping[str, MapFacts]) -> str:
+def not_accepted(verdict: Verdict, evidence: Evidence, agreement: Agreement, maps: Mapping[str, MapFacts]) -> str:
     """Say why the best placement is not accepted: the first cause that the numbers show.
 
     Parameters
     ----------
     verdict
         "ambiguous" or "rejected".
-    evidence
+    evidence, agreement
         Of the best placement.
     maps
         What is known of each map, by the name that people know it by ("A", "B").
@@ -48,7 +51,7 @@ def not_accepted(verdict: Verdict, evidence: Evidence, maps: Mapping[str, MapFac
             f"the walls in common do not hold the placement: it can slide by {evidence.slack_cells:.0f} cells; map a "
             "corner or a crossing wall that both maps share"
         )
-    return _fault_of_maps(maps) or _fault_of_placement(verdict, evidence)
+    return _fault_of_maps(maps) or _fault_of_placement(verdict, evidence, agreement)
 
 
 def no_wall(name: str, free_cells: int) -> str:
@@ -69,25 +72,41 @@ def _fault_of_maps(maps: Mapping[str, MapFacts]) -> str | None:
     return None
 
 
-def _fault_of_placement(verdict: Verdict, evidence: Evidence) -> str:
+def _fault_of_placement(verdict: Verdict, evidence: Evidence, agreement: Agreement) -> str:
     if _is_bent(evidence):
         return (
             "the walls lie beside each other, not on each other: the maps are bent against each other too much for one "
             "similarity; close loops in the mapping, or merge smaller parts"
         )
     if verdict == "ambiguous":
-        cause = "the building repeats itself or is symmetric"
-        if evidence.overlap < LITTLE_SHARED:
-            cause += ", or the maps share no room"
-        return (
-            f"more than one placement explains the walls (the best has {evidence.probability:.0%}): {cause}; look at "
-            "the candidates, or map more of what tells the places apart"
-        )
+        return _doubt(evidence)
     if evidence.likelihood <= 0:
         return "no placement explains the walls better than chance: these seem to be maps of different places"
     return (
-        f"the best placement agrees too little (overlap {evidence.overlap:.0%} of the smaller map, "
-        f"{evidence.missing:.0%} of its walls contradicted): the maps are of different places, or share no room"
+        f"the best placement agrees too little (overlap {agreement.overlap:.0%} of the smaller map, "
+        f"{agreement.conflict:.0%} of the walls contradicted): the maps are of different places, or share no room"
+    )
+
+
+def _doubt(evidence: Evidence) -> str:
+    """Say what keeps a placement that alone would be accepted from it."""
+    behind = evidence.plausibility - math.log(FAR_BEHIND)
+    if max(evidence.rivals, evidence.decoy) < behind:
+        return (
+            f"candidate 1 is probably right ({evidence.probability:.0%}, where {ACCEPT_AT:.0%} is asked) and no other "
+            "comes close: look at its overlay, and take it if the walls agree"
+        )
+    if evidence.decoy > evidence.rivals:
+        return (
+            f"the mirror image of one map fits nearly as well, so that the walls may agree by chance (the best has "
+            f"{evidence.probability:.0%}): map more of what both share"
+        )
+    cause = "the building repeats itself or is symmetric"
+    if evidence.overlap < LITTLE_SHARED:
+        cause += ", or the maps share no room"
+    return (
+        f"more than one placement explains the walls (the best has {evidence.probability:.0%}): {cause}; look at "
+        "the candidates, or map more of what tells the places apart"
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.fitting import fit_to_fields, fit_to_surfaces
+from rectmerge._kernels.fitting import add_surfaces, fit_to_fields, fit_to_surfaces
 from rectmerge._kernels.placements import invert
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.cells import MapCells
@@ -167,7 +167,13 @@ def fit_surfaces(
         np.array(STRIDES), LEAST_MATCHED / 2,
     )  # fmt: skip
     share = matched / max(1, inside)
-    exact = np.array(fitted) if share >= LEAST_MATCHED else placement
+    exact = np.array(fitted)
+    if share < LEAST_MATCHED:  # what is told of the placement is measured where it stays
+        exact = placement
+        squares, partners, _ = add_surfaces(
+            normal, np.zeros(4), start, points_b, a.index, a.cells, points_a, b.index, b.cells, REACH_CELLS[-1]
+        )
+        square = squares / max(1, partners)
     variance = (square + 1 / 12) * BLOCK_CELLS  # with a cell's own quantisation; neighbours share their errors
     covariance = np.asarray(np.linalg.inv(normal / variance + np.diag(UNSURE**-2)), np.float64)
     return Fit(exact, _about_centroid(covariance, exact, points_b), share, math.sqrt(square))

@@ -147,12 +147,22 @@ class Search:
         """Order placements that were judged, most plausible first, and keep the distinct ones."""
         odds = np.logaddexp(ranking.rigid, ranking.bent)
         order = np.argsort(-odds, kind="stable")
-        apart = max(SAME_FIT_CELLS, SAME_RADIUS * self.a.radius)
+        apart = self.same_within
         heads = order[distinct(ranking.placements[order], self.b.landmarks, apart, KEPT)]
         likeliest = ranking.of(self._likeliest_beside(heads, ranking, odds, apart))
         kept = replace(likeliest, rigid=ranking.rigid[heads], bent=ranking.bent[heads])
         weighed = replace(kept, plausibility=plausibility(kept.rigid, kept.bent))
-        return weighed.of(np.argsort(-weighed.plausibility, kind="stable"))
+        return self.best_distinct(weighed)  # two heads may have had the same placement between them
+
+    def best_distinct(self, ranking: Ranking) -> Ranking:
+        """Order placements, most plausible first, and leave out what says the same as one before it."""
+        order = np.argsort(-ranking.plausibility, kind="stable")
+        return ranking.of(order[distinct(ranking.placements[order], self.b.landmarks, self.same_within, KEPT)])
+
+    @property
+    def same_within(self) -> float:
+        """Working cells within which two placements of the landmarks say the same."""
+        return max(SAME_FIT_CELLS, SAME_RADIUS * self.a.radius)
 
     def _likeliest_beside(
         self, heads: NDArray[np.intp], ranking: Ranking, odds: NDArray[np.float64], apart: float

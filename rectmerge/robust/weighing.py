@@ -140,8 +140,8 @@ class Scales:
         backward = _tallied(invert(placements), ways, self._a.walls, one, self._b.distance_bins[None])
         counts = _by_coarser_cells(placements, forward, backward)
         known = counts[:, :BINS].sum(axis=1) + _within(counts[:, IN_UNKNOWN:], BESIDE_CELLS)
-        missing: NDArray[np.float64] = 1.0 - (known - _beyond(counts, FAR_CELLS)) / np.maximum(known, 1.0)
-        return np.where(known > 0, missing, 0.0)
+        missing: NDArray[np.float64] = _beyond(counts, FAR_CELLS) / np.maximum(known, 1.0)
+        return missing
 
 
 def _within(counts: NDArray[np.float64], cells: float) -> NDArray[np.float64]:

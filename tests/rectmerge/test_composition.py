@@ -66,7 +66,7 @@ def test_every_known_cell_of_b_lies_on_the_merged_map(pixels):
     found = compose([a, b], [None, pixels_to_map_frame(pixels, a, b)])
 
     row, col = found.corner
-    walls = pixels.apply(np.argwhere(b.occupied)[:, ::-1]) + [col, row]
+    walls = pixels.apply(np.argwhere(b.occupied)[:, ::-1]) + np.array([col, row])
     shown = np.zeros(len(walls), np.bool_)
     for tie in itertools.product([0.5 - 1e-8, 0.5 + 1e-8], repeat=2):  # midway, the wall may stand on either side
         u, v = np.floor(walls + tie).astype(int).clip(0).T

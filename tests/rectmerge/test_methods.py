@@ -37,9 +37,32 @@ def test_auto_expects_the_ratio_of_the_resolutions():
 
     found = align(drawing.building(resolution=0.05), drawing.building(resolution=0.10), method=solver)
 
-    assert solver.asked == [pytest.approx((1.8, 2.2))]
+    assert solver.asked == [pytest.approx((2 / 1.1, 2.2))]
     assert (found.scale.expected, found.scale.found, found.scale.source) == (2.0, 2.0, "resolution")
     assert found.unit == "m"
+
+
+def test_what_is_searched_for_swapped_maps_is_the_inverse():
+    solver, a, b = (
+        Scripted(pixels=Similarity(9.0)),
+        drawing.building(resolution=0.05),
+        drawing.building(resolution=0.08),
+    )
+
+    for maps in ((a, b), (b, a)):
+        align(*maps, method=solver)
+
+    (low, high), _, back, _ = solver.asked
+    assert back == pytest.approx((1 / high, 1 / low))
+
+
+def test_a_scale_that_leaves_out_what_the_resolutions_tell_is_named_where_nothing_is_found():
+    a, b = drawing.building(resolution=0.05), drawing.building(resolution=0.06)
+
+    found = align(a, b, method=Scripted(pixels=Similarity(1.2)), scale=1.5)
+
+    assert found.reason == "nothing fits; the resolutions tell a scale of 1.2, which was not among those searched"
+    assert align(a, b, method=Scripted(pixels=Similarity(9.0)), scale=(1.1, 1.5)).reason == "nothing fits"
 
 
 def test_auto_searches_freely_when_the_ratio_finds_nothing_and_says_so():

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
@@ -16,6 +16,7 @@ from tests import drawing, naive
 from tests.rectmerge.robust import plans
 
 CELLS = arrays(np.int8, array_shapes(min_dims=2, max_dims=2, max_side=12), elements=st.sampled_from([-1, 0, 0, 100]))
+ROUND_SPECK = np.pad(np.full((2, 2), 100, np.int8), 2)  # each cell touches all four
 
 
 def large_view(degrees: float = 0.0) -> plans.View:
@@ -31,6 +32,7 @@ def test_known_bounds_frame_what_is_known():
     assert known_bounds(np.full((9, 12), UNKNOWN, np.int8)) == (9, -1, 12, -1)
 
 
+@example(ROUND_SPECK, 1.0)
 @given(CELLS, st.floats(1, 4))
 def test_shrinking_counts_what_a_slow_loop_counts(cells, factor):
     bounds = known_bounds(cells)

@@ -109,7 +109,19 @@ def test_a_wrong_placement_fails_a_check_that_points_to_the_better_one(office):
     found = check(a.grid, b.grid, wrong)
 
     assert found.verdict == "rejected"
-    assert "candidate 2" in found.reason
+    assert found.reason.startswith("the walls agree better elsewhere")
+    assert plans.is_right(found.candidates[1].pixels, a, b)
+    plausible = [candidate.evidence["plausibility"] for candidate in found.candidates[1:]]
+    assert plausible == sorted(plausible, reverse=True)
+
+
+@pytest.mark.parametrize("shift", [(5, -8), (60, 0), (-30, 45)])
+def test_the_better_placement_comes_second_wherever_the_wrong_one_lies(office, shift):
+    a, b, pixels = office
+    wrong = Similarity(pixels.scale, pixels.angle + 0.4, pixels.tx + shift[0], pixels.ty + shift[1])
+
+    found = check(a.grid, b.grid, wrong)
+
     assert plans.is_right(found.candidates[1].pixels, a, b)
 
 

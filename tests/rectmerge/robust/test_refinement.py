@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rectmerge._kernels.fitting import inverse, nearest_facing, slopes, solve, stepped
+from rectmerge._kernels.fitting import add_surfaces, inverse, nearest_facing, slopes, solve, stepped
 from rectmerge._kernels.placements import invert
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.robust.cells import MapCells
@@ -13,6 +13,8 @@ from rectmerge.robust.features import extract_features
 from rectmerge.robust.refinement import (
     BROAD,
     FINE,
+    LEAST_MATCHED,
+    REACH_CELLS,
     RIVAL_POINTS,
     SURFACE_POINTS,
     Fit,
@@ -274,6 +276,26 @@ def test_the_covariance_in_the_map_frame_is_that_of_draws_taken_there(origin, re
     mean = pixels_to_map_frame(as_similarity(fit.placement), a, b)
     draws = [pixels_to_map_frame(as_similarity(p), a, b) for p in drawn]
     assert_alike(found, spread_about(b.pixel_to_map(pivot), draws, mean))
+
+
+def test_a_fit_that_is_refused_tells_of_the_placement_that_stays():
+    a, b = views()
+    start = as_placement(plans.truth(a, b)) + np.array([0.0, 0.0, 40.0, 25.0])
+    one, two = Surface.of(MapCells.of(a.grid.occupancy)), Surface.of(MapCells.of(b.grid.occupancy))
+    points = (
+        two.seen_by(start, one.index.shape, SURFACE_POINTS),
+        one.seen_by(invert(start[None])[0], two.index.shape, SURFACE_POINTS),
+    )
+
+    fit = fitted(start, a, b)
+
+    squares, partners, _ = add_surfaces(
+        np.zeros((4, 4)), np.zeros(4), tuple(start), points[0], one.index, one.cells, points[1], two.index, two.cells,
+        REACH_CELLS[-1],
+    )  # fmt: skip
+    assert fit.matched < LEAST_MATCHED
+    np.testing.assert_array_equal(fit.placement, start)
+    assert fit.residual_cells == pytest.approx(math.sqrt(squares / partners))
 
 
 @pytest.mark.slow

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -54,6 +56,20 @@ def test_the_truth_comes_first_and_the_rest_is_ranked_and_distinct():
     places = [naive.move(placement, search.b.landmarks) for placement in ranking.placements]
     apart = [np.abs(p - q).max() for i, p in enumerate(places) for q in places[:i]]
     assert min(apart) >= SAME_RADIUS * search.a.radius
+
+
+def test_a_likelier_placement_between_two_counts_once():
+    search, ranking = searched(*pair(noise=1))
+    apart = search.same_within
+    beside = np.array([[0, 0, side * 0.7 * apart, 0] for side in (-1, 0, 1)])
+    three = ranking.of(np.zeros(3, np.intp))
+    likelihood = np.array([1.0, 2.0, 1.0])
+    odds = np.array([5.0, 4.9, 5.0])
+    placements = three.placements + beside
+
+    kept = search.ranked(replace(three, placements=placements, likelihood=likelihood, rigid=odds, bent=odds))
+
+    np.testing.assert_array_equal(kept.placements, placements[1:2])
 
 
 def test_the_truth_is_the_only_plausible_placement():
