@@ -227,8 +227,12 @@ def test_an_interrupted_write_leaves_the_old_map(tmp_path, monkeypatch):
     write_map(drawing.building(resolution=0.05), tmp_path / "m.yaml")
     before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
 
-    def fail(self: Path, target: Path) -> None:
-        raise OSError(28, "No space left on device")
+    replace = Path.replace
+
+    def fail(self: Path, target: Path) -> Path:
+        if self.suffix == ".part":
+            raise OSError(28, "No space left on device")
+        return replace(self, target)
 
     monkeypatch.setattr(Path, "replace", fail)
     with pytest.raises(MapFileError, match=r"m\.pgm: cannot be written: No space left on device"):
