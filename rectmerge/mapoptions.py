@@ -1,4 +1,4 @@
-"""The options by which commands are given maps, and how these are read."""
+"""The options by which commands are given maps, or the answer about them, and how maps are read."""
 
 from __future__ import annotations
 
@@ -21,6 +21,9 @@ DIALECT_NAMES = "nav2|nav2-2024|ros1|cartographer"
 
 MapA = Annotated[Path, typer.Argument(metavar="A", help=f"{KINDS}; its frame is kept.")]
 MapB = Annotated[Path, typer.Argument(metavar="B", help="The map that is placed on A.")]
+MergeFolder = Annotated[
+    Path, typer.Argument(metavar="DIR", help="The folder that a merge wrote, or the alignment.json in it.")
+]
 OneMap = Annotated[Path, typer.Argument(metavar="MAP", help=f"{KINDS}.")]
 Grey = Annotated[int | None, typer.Option(min=0, max=255, help="Grey level in plain images; guessed unless given.")]
 DialectName = Annotated[

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.alignment import Verdict
+from rectmerge.answerfile import AnswerFile
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.overlap import cells_of
@@ -99,26 +100,16 @@ class Answer:
     candidates: tuple[Placed, ...]
 
     @classmethod
-    def read(cls, folder: str | Path) -> Answer:
-        """Read ``alignment.json``, named itself or by its folder.
+    def of(cls, file: AnswerFile) -> Answer:
+        """Take what an answer tells.
 
         Raises
         ------
         InputError
-            If the folder holds no readable answer.
+            If it lacks a candidate's numbers.
         """
-        path = Path(folder) if Path(folder).is_file() else Path(folder) / "alignment.json"
-        try:
-            told = json.loads(path.read_text(encoding="utf-8"))
-            if told["verdict"] not in get_args(Verdict):
-                raise ValueError(f"no verdict {told['verdict']!r}")
-            return cls(told["verdict"], str(told["reason"]), tuple(map(_placed, told["candidates"])))
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read: {error.strerror}; name the folder of a merge") from None
-        except KeyError as error:
-            raise InputError(f"{path}: not an answer of rectmerge merge: there is no {error}; merge again") from None
-        except (ValueError, TypeError, RecursionError) as error:
-            raise InputError(f"{path}: not an answer of rectmerge merge: {error}; merge again") from None
+        with file.refusing():
+            return cls(file.verdict, file.reason, tuple(map(_placed, file.told["candidates"])))
 
     def candidate(self, number: int) -> Placed:
         """Return a candidate, 1 being the best; refuses a number that there is not."""

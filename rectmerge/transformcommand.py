@@ -9,13 +9,14 @@ import typer
 
 from rectmerge import console
 from rectmerge.errors import InputError
+from rectmerge.mapoptions import MergeFolder
 
 TOLD_FROM = 0.0005  # a misfit below this would be told as 0.000
 FORMS = "ros1, ros2, matrix or pose"
 
 
 def transform(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder that a merge wrote.")],
+    folder: MergeFolder,
     form: Annotated[str, typer.Option("--as", metavar="FORM", help=f"One of {FORMS}.")] = "ros2",
     candidate: Annotated[
         int | None, typer.Option(min=1, metavar="K", help="A candidate, 1 the best, where none is accepted.")
@@ -36,6 +37,7 @@ def transform(
     are carried from B's map frame to A's instead, scale and all. Where the merge said no and no candidate is named, the
     status is that of the merge, 1 or 3.
     """
+    from rectmerge.answerfile import AnswerFile
     from rectmerge.imagefile import replace_file
     from rectmerge.transform import FORMS as KNOWN
     from rectmerge.transform import Answer, carry_points
@@ -45,7 +47,7 @@ def transform(
         raise typer.BadParameter(f"{form!r} is not one of {FORMS}: --as")
     if output is not None and points is None:
         raise InputError("-o says where carried points go; name them with --points")
-    answer = Answer.read(folder)
+    answer = Answer.of(AnswerFile.read(folder))
     if candidate is None and answer.verdict != "accepted":
         count = len(answer.candidates)
         console.say(f"rectmerge: {folder}: {answer.verdict}, {answer.reason}; --candidate K takes one of its {count}")
