@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
-from rectmerge.errors import MapFileError
+from rectmerge.errors import InputError, MapFileError
 from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS
 
 READABLE = ("PNG", "PPM", "BMP", "JPEG", "TIFF", "GIF")
@@ -110,6 +110,12 @@ def require_file(path: Path) -> None:
 def real(path: Path) -> Path:
     """Resolve a path's links, as far as that goes: of a link to itself its own name stays."""
     return Path(os.path.realpath(path))
+
+
+def require_other(output: Path, inputs: Iterable[Path]) -> None:
+    """Raise InputError where what is to be written is a file that is read, by whatever name."""
+    if real(output) in map(real, inputs):
+        raise InputError(f"{output}: is an input, and would be replaced; name another file with -o")
 
 
 def replace_file(path: Path, data: bytes) -> None:

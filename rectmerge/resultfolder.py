@@ -51,8 +51,7 @@ class ResultFolder:
         if not is_writable:
             raise InputError(f"{self.path}: cannot be written; name another folder with -o")
         for file in inputs:
-            named = {file.absolute(), real(file)}  # a link counts by its own name as well
-            if any(real(p.parent) == real(self.path) and OWN.fullmatch(p.name) for p in named):
+            if self.owns(file):
                 raise InputError(
                     f"{file}: is an input, and results in {self.path} would replace it; name another folder"
                 )
@@ -61,6 +60,11 @@ class ResultFolder:
         if (held := self._own_files()) and not force:
             names = ", ".join(sorted(p.name for p in held))
             raise InputError(f"{self.path}: holds results ({names}); name another folder, or --force replaces them")
+
+    def owns(self, file: Path) -> bool:
+        """Whether results go by this name, or by that of what it leads to."""
+        named = {file.absolute(), real(file)}
+        return any(real(p.parent) == real(self.path) and OWN.fullmatch(p.name) for p in named)
 
     def write(
         self, alignment: dict[str, Any], pictures: dict[str, NDArray[np.uint8]], merged: OccupancyGrid | None

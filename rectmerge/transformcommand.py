@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rectmerge import console
 from rectmerge.errors import InputError
 from rectmerge.mapoptions import MergeFolder
+
+if TYPE_CHECKING:
+    from rectmerge.answerfile import AnswerFile
 
 TOLD_FROM = 0.0005  # a misfit below this would be told as 0.000
 FORMS = "ros1, ros2, matrix or pose"
@@ -47,13 +50,15 @@ def transform(
         raise typer.BadParameter(f"{form!r} is not one of {FORMS}: --as")
     if output is not None and points is None:
         raise InputError("-o says where carried points go; name them with --points")
-    answer = Answer.of(AnswerFile.read(folder))
+    file = AnswerFile.read(folder)
+    answer = Answer.of(file)
     if candidate is None and answer.verdict != "accepted":
         count = len(answer.candidates)
         console.say(f"rectmerge: {folder}: {answer.verdict}, {answer.reason}; --candidate K takes one of its {count}")
         raise typer.Exit(console.STATUS[answer.verdict])
     placed = answer.candidate(candidate or 1)
     if points is not None:
+        _refuse(output, points, file)
         carried = carry_points(_text(points), points.name, placed.b_to_a)
         if output is None:
             typer.echo(carried, nl=False)
@@ -66,6 +71,18 @@ def transform(
             f" that both maps show is off by {placed.misfit:.3f} {placed.unit} RMS"
         )
     typer.echo(placed.line(known[form], parent=parent, child=child))
+
+
+def _refuse(output: Path | None, points: Path, answer: AnswerFile) -> None:
+    """Refuse to write over what the command reads, or what the merge wrote."""
+    from rectmerge.imagefile import real, require_other
+    from rectmerge.resultfolder import ResultFolder
+
+    if output is None:
+        return
+    require_other(output, [points, answer.path])
+    if any(ResultFolder(folder).owns(output) for folder in (answer.folder, real(answer.path).parent)):
+        raise InputError(f"{output}: is for a result of the merge; name another file with -o")
 
 
 def _text(path: Path) -> str:

@@ -1,6 +1,7 @@
 import json
 import math
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -145,6 +146,40 @@ def test_points_are_carried_to_a_file(merged, monkeypatch, tmp_path):
     found = json.loads((merged / "alignment.json").read_text())["b_to_a"]
     placed = Similarity(found["scale"], found["angle_rad"], *found["translation"])
     assert told((tmp_path / "on_a.csv").read_text()) == pytest.approx(placed.apply([0.5, 0.5]), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("output", "message"),
+    [
+        ("way.csv", "is an input"),
+        ("link.csv", "is an input"),
+        ("out/alignment.json", "is an input"),
+        ("answer.json", "is an input"),
+        ("folder/merged.pgm", "is for a result"),
+        ("folder/overlay_7.png", "is for a result"),
+        ("picture.csv", "is for a result"),
+    ],
+)
+@pytest.mark.parametrize("named", ["out", "folder", "answer.json"])
+def test_points_are_not_written_over_what_is_read_or_was_merged(
+    merged, monkeypatch, tmp_path, capsys, named, output, message
+):
+    shutil.copytree(merged, tmp_path / "out")
+    (tmp_path / "way.csv").write_text("x,y\n0.5,0.5\n")
+    links = {
+        "link.csv": "way.csv",
+        "folder": "out",
+        "answer.json": "out/alignment.json",
+        "picture.csv": "out/overlay.png",
+    }
+    for link, target in links.items():
+        (tmp_path / link).symlink_to(target)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    monkeypatch.chdir(tmp_path)
+
+    assert rectmerge(monkeypatch, "transform", named, "--points", "way.csv", "-o", output) == 2
+    assert f"rectmerge: {output}: {message}" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
 
 
 @pytest.mark.parametrize(
