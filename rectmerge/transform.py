@@ -28,10 +28,11 @@ SAMPLED_CELLS = 20_000
 
 @dataclass(frozen=True, slots=True)
 class SharedArea:
-    """What both maps show, in B's map frame: its centre (x, y), and the RMS distance of its cells from that."""
+    """What both maps show, in B's map frame: its centre (x, y), the RMS distance of its cells from it, the unit."""
 
     centre: tuple[float, float]
     radius: float
+    unit: str = "m"
 
     @classmethod
     def of(cls, a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) -> SharedArea:
@@ -44,16 +45,16 @@ class SharedArea:
         points = b.pixel_to_map(shared if len(shared) else cells)
         centre = points.mean(axis=0)
         radius = float(np.sqrt(((points - centre) ** 2).sum(axis=1).mean()))
-        return cls((float(centre[0]), float(centre[1])), radius)
+        return cls((float(centre[0]), float(centre[1])), radius, b.unit)
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
-        return {"centre": list(self.centre), "radius": self.radius}
+        return {"centre": list(self.centre), "radius": self.radius, "unit": self.unit}
 
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A placement as ``alignment.json`` tells it: from B's map frame to A's, the area both show, and the unit."""
+    """A placement as ``alignment.json`` tells it: from B's map frame to A's, the area both show, and A's unit."""
 
     b_to_a: Similarity
     shared: SharedArea
@@ -72,8 +73,26 @@ class Placed:
         """RMS distance in A's map frame between the placement and `rigid` over the area that both maps show."""
         return abs(self.b_to_a.scale - 1) * self.shared.radius
 
+    @property
+    def in_cells(self) -> str:
+        """Which maps are in cells, for want of a resolution, and the remedy; empty where both are in metres."""
+        names = [name for name, unit in (("A", self.unit), ("B", self.shared.unit)) if unit != "m"]
+        if not names:
+            return ""
+        maps = f"maps {' and '.join(names)} are" if len(names) > 1 else f"map {names[0]} is"
+        options = " and ".join(f"--resolution-{name.lower()} METRES" for name in names)
+        return f"{maps} in cells, not in metres; merge again with {options}"
+
     def line(self, form: Form, *, parent: str = "map_a", child: str = "map_b") -> str:
-        """Tell the placement in a form that programs take: all but "matrix" without scale."""
+        """Tell the placement in a form that programs take: all but "matrix" without scale.
+
+        Raises
+        ------
+        InputError
+            If it is to be a line for TF, which is in metres, and a map is in cells.
+        """
+        if form in ("ros1", "ros2") and self.in_cells:
+            raise InputError(f"TF is in metres: {self.in_cells}")
         rigid = self.rigid
         yaw = math.remainder(rigid.angle, math.tau)
         if form == "ros1":
@@ -147,7 +166,8 @@ def _placed(told: Mapping[str, Any]) -> Placed:
     placed, shared = told["b_to_a"], told["shared"]
     x, y = shared["centre"]
     b_to_a = Similarity(placed["scale"], placed["angle_rad"], *placed["translation"])
-    return Placed(b_to_a, SharedArea((x, y), shared["radius"]), placed["unit"])
+    area = SharedArea((x, y), shared["radius"], shared.get("unit", placed["unit"]))
+    return Placed(b_to_a, area, placed["unit"])
 
 
 def _carry_geojson(text: str, b_to_a: Similarity) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,7 @@ from rectmerge.mapoptions import MergeFolder
 
 if TYPE_CHECKING:
     from rectmerge.answerfile import AnswerFile
+    from rectmerge.transform import Placed
 
 TOLD_FROM = 0.0005  # a misfit below this would be told as 0.000
 FORMS = "ros1, ros2, matrix or pose"
@@ -37,8 +39,9 @@ def transform(
 
     The parent is the frame of map A, the child that of map B. TF carries no scale: where map B is to be scaled, the
     transform is fitted anew without scale, and stderr tells by how much that misses. With --points the points of a file
-    are carried from B's map frame to A's instead, scale and all. Where the merge said no and no candidate is named, the
-    status is that of the merge, 1 or 3.
+    are carried from B's map frame to A's instead, scale and all. A map without resolution is in cells: stderr says so,
+    and there is no line for TF, which is in metres. Where the merge said no and no candidate is named, the status is
+    that of the merge, 1 or 3.
     """
     from rectmerge.answerfile import AnswerFile
     from rectmerge.imagefile import replace_file
@@ -59,18 +62,26 @@ def transform(
     placed = answer.candidate(candidate or 1)
     if points is not None:
         _refuse(output, points, file)
-        carried = carry_points(_text(points), points.name, placed.b_to_a)
-        if output is None:
-            typer.echo(carried, nl=False)
-        else:
-            replace_file(output, carried.encode())
-        return
-    if form != "matrix" and placed.misfit >= TOLD_FROM and not quiet:
-        console.say(
-            f"rectmerge: map B fits at a scale of {placed.b_to_a.scale:.5f}, which TF cannot carry; without it the area"
-            f" that both maps show is off by {placed.misfit:.3f} {placed.unit} RMS"
+        told = carry_points(_text(points), points.name, placed.b_to_a)
+    else:
+        told = placed.line(known[form], parent=parent, child=child) + "\n"
+    for note in () if quiet else _notes(placed, has_scale=points is not None or form == "matrix"):
+        console.say(f"rectmerge: {note}")
+    if output is None:
+        typer.echo(told, nl=False)
+    else:
+        replace_file(output, told.encode())
+
+
+def _notes(placed: Placed, *, has_scale: bool) -> Iterator[str]:
+    """Tell what numbers alone do not: that they are not in metres, and what they miss where they lack the scale."""
+    if placed.in_cells:
+        yield placed.in_cells
+    if not has_scale and placed.misfit >= TOLD_FROM:
+        yield (
+            f"map B fits at a scale of {placed.b_to_a.scale:.5f}, which TF cannot carry; without it the area that both"
+            f" maps show is off by {placed.misfit:.3f} {placed.unit} RMS"
         )
-    typer.echo(placed.line(known[form], parent=parent, child=child))
 
 
 def _refuse(output: Path | None, points: Path, answer: AnswerFile) -> None:

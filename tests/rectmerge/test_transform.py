@@ -87,6 +87,61 @@ def test_the_shared_area_is_what_both_maps_show():
     assert pixels_to_map_frame(pixels, a, b).apply(shared.centre) == pytest.approx(expected, abs=0.05)
 
 
+@pytest.fixture(scope="module")
+def write_units(merged, tmp_path_factory):
+    """Write the answer of a merge anew, with the units of both maps."""
+
+    def write(unit_a, unit_b):
+        told = json.loads((merged / "alignment.json").read_text())
+        for one in told["candidates"]:
+            one["b_to_a"]["unit"], one["shared"]["unit"] = unit_a, unit_b
+        folder = tmp_path_factory.mktemp("units")
+        (folder / "alignment.json").write_text(json.dumps(told))
+        return folder
+
+    return write
+
+
+@pytest.mark.parametrize("form", ["ros1", "ros2"])
+@pytest.mark.parametrize(
+    ("units", "message"),
+    [
+        (("cells", "cells"), "maps A and B are in cells, not in metres; merge again with --resolution-a METRES and"),
+        (("cells", "m"), "map A is in cells, not in metres; merge again with --resolution-a METRES\n"),
+        (("m", "cells"), "map B is in cells, not in metres; merge again with --resolution-b METRES\n"),
+    ],
+)
+def test_there_is_no_line_for_tf_in_cells(write_units, monkeypatch, capsys, form, units, message):
+    assert rectmerge(monkeypatch, "transform", write_units(*units), "--as", form) == 2
+
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err.startswith(f"rectmerge: TF is in metres: {message}")
+
+
+@pytest.mark.parametrize("words", [["--as", "pose"], ["--as", "matrix"], ["--points", "way.csv"]])
+def test_what_is_in_cells_is_told_as_such(write_units, tmp_path, monkeypatch, capsys, words):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "way.csv").write_text("x,y\n1,2\n")
+
+    assert rectmerge(monkeypatch, "transform", write_units("cells", "cells"), *words) == 0
+    in_cells = capsys.readouterr()
+    assert rectmerge(monkeypatch, "transform", write_units("m", "m"), *words) == 0
+    in_metres = capsys.readouterr()
+
+    assert in_cells.out == in_metres.out
+    assert in_cells.err.startswith("rectmerge: maps A and B are in cells, not in metres; ")
+    assert "in cells" not in in_metres.err
+
+
+def test_a_merge_tells_the_units_of_both_maps(tmp_path, monkeypatch):
+    plain = drawing.DATA / "building_b.pgm"
+    assert rectmerge(monkeypatch, "merge", drawing.DATA / "building_a.yaml", plain, "-o", tmp_path) == 0
+
+    (first, *_) = json.loads((tmp_path / "alignment.json").read_text())["candidates"]
+    assert (first["b_to_a"]["unit"], first["shared"]["unit"]) == ("m", "cells")
+
+
 def test_csv_keeps_its_other_columns():
     text = "name,y,x\ndoor,2.0,1.0\nlift,0,0\n"
 
