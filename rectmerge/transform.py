@@ -1,18 +1,13 @@
-"""An answer put to use: as a transform that robots take, and on points that belong to map B."""
+"""An answer put to use: as a transform that robots take."""
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rectmerge.alignment import Verdict
 from rectmerge.answerfile import AnswerFile
@@ -137,81 +132,9 @@ class Answer:
         return self.candidates[number - 1]
 
 
-def carry_points(text: str, name: str, b_to_a: Similarity) -> str:
-    """Take the points of a file from B's map frame to A's; all else in it stays.
-
-    Parameters
-    ----------
-    text
-        GeoJSON, or CSV with columns x and y, or without a heading and the first two columns x and y.
-    name
-        The file's name: it tells which of the two, and stands in messages.
-    b_to_a
-        The placement.
-
-    Raises
-    ------
-    InputError
-        If the file holds no points.
-    """
-    is_geojson = Path(name).suffix.lower() in (".json", ".geojson")
-    try:
-        return _carry_geojson(text, b_to_a) if is_geojson else _carry_csv(text, b_to_a)
-    except (ValueError, IndexError, TypeError, RecursionError, csv.Error) as error:
-        kind = "GeoJSON" if is_geojson else "CSV with columns x and y"
-        raise InputError(f"{name}: not {kind}: {error}") from None
-
-
 def _placed(told: Mapping[str, Any]) -> Placed:
     placed, shared = told["b_to_a"], told["shared"]
     x, y = shared["centre"]
     b_to_a = Similarity(placed["scale"], placed["angle_rad"], *placed["translation"])
     area = SharedArea((x, y), shared["radius"], shared.get("unit", placed["unit"]))
     return Placed(b_to_a, area, placed["unit"])
-
-
-def _carry_geojson(text: str, b_to_a: Similarity) -> str:
-    found = json.loads(text)
-    carried = _with_coordinates(found, b_to_a)
-    if carried == found and "coordinates" not in text:
-        raise ValueError("it holds no coordinates")
-    return json.dumps(carried, indent=2) + "\n"
-
-
-def _with_coordinates(value: Any, b_to_a: Similarity) -> Any:
-    if isinstance(value, Mapping):
-        return {
-            key: _carried(inner, b_to_a) if key == "coordinates" else _with_coordinates(inner, b_to_a)
-            for key, inner in value.items()
-        }
-    return [_with_coordinates(inner, b_to_a) for inner in value] if isinstance(value, list) else value
-
-
-def _carried(coordinates: Any, b_to_a: Similarity) -> Any:
-    """Carry one position [x, y, ...], or lists of them however deep."""
-    if not isinstance(coordinates, list) or not coordinates:
-        raise ValueError(f"coordinates must be lists of numbers, got {coordinates!r:.40}")
-    if isinstance(coordinates[0], list):
-        return [_carried(inner, b_to_a) for inner in coordinates]
-    return [*_moved([coordinates[:2]], b_to_a)[0].tolist(), *coordinates[2:]]
-
-
-def _carry_csv(text: str, b_to_a: Similarity) -> str:
-    rows = [row for row in csv.reader(io.StringIO(text)) if row]
-    heads = [cell.strip().lower() for cell in rows[0]]
-    has_heads = "x" in heads and "y" in heads
-    at_x, at_y = (heads.index("x"), heads.index("y")) if has_heads else (0, 1)
-    points = rows[1:] if has_heads else rows
-    moved = _moved([[float(row[at_x]), float(row[at_y])] for row in points], b_to_a)
-    for row, (x, y) in zip(points, moved, strict=True):
-        row[at_x], row[at_y] = f"{x:.6f}", f"{y:.6f}"
-    written = io.StringIO()
-    csv.writer(written, lineterminator="\n").writerows(rows)
-    return written.getvalue()
-
-
-def _moved(points: list[list[float]], b_to_a: Similarity) -> NDArray[np.float64]:
-    array = np.asarray(points, np.float64).reshape(-1, 2)
-    if not np.isfinite(array).all():
-        raise ValueError("a coordinate is not a finite number")
-    return b_to_a.apply(array).round(9)

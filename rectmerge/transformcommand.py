@@ -45,8 +45,9 @@ def transform(
     """
     from rectmerge.answerfile import AnswerFile
     from rectmerge.imagefile import replace_file
+    from rectmerge.points import carry_points
     from rectmerge.transform import FORMS as KNOWN
-    from rectmerge.transform import Answer, carry_points
+    from rectmerge.transform import Answer
 
     known = {name: name for name in KNOWN}
     if form not in known:
@@ -98,7 +99,7 @@ def _refuse(output: Path | None, points: Path, answer: AnswerFile) -> None:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # spreadsheets put a mark first
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:

@@ -10,7 +10,7 @@ from rectmerge.cli import app
 from rectmerge.console import run
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.similarity import Similarity
-from rectmerge.transform import Placed, SharedArea, carry_points
+from rectmerge.transform import Placed, SharedArea
 from tests import drawing
 
 ANSWER = Placed(Similarity(1.02, 0.5, 3.0, -1.0), SharedArea((4.0, 2.0), 1.5), "m")
@@ -142,36 +142,6 @@ def test_a_merge_tells_the_units_of_both_maps(tmp_path, monkeypatch):
     assert (first["b_to_a"]["unit"], first["shared"]["unit"]) == ("m", "cells")
 
 
-def test_csv_keeps_its_other_columns():
-    text = "name,y,x\ndoor,2.0,1.0\nlift,0,0\n"
-
-    carried = carry_points(text, "way.csv", Similarity(2.0, math.pi / 2, 10.0, 0.0))
-
-    assert carried == "name,y,x\ndoor,2.000000,6.000000\nlift,0.000000,10.000000\n"
-    assert carry_points("1.0,2.0,a\n", "w.csv", Similarity(tx=1.0)) == "2.000000,2.000000,a\n"
-
-
-def test_geojson_is_carried_however_deep_its_coordinates_are():
-    zone = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1, 7], [0, 0]]]}
-    text = json.dumps({"type": "FeatureCollection", "features": [{"type": "Feature", "geometry": zone}]})
-
-    carried = json.loads(carry_points(text, "zones.geojson", Similarity(tx=5.0, ty=1.0)))
-
-    assert carried["features"][0]["geometry"]["coordinates"] == [[[5, 1], [6, 1], [6, 2, 7], [5, 1]]]
-
-
-@pytest.mark.parametrize(
-    ("name", "text"),
-    [
-        *(("p.csv", text) for text in ("", "x,y\n1\n", "a,b\n", "x,y\nnan,1\n")),
-        *(("p.geojson", text) for text in ("{", "[]", '{"coordinates": 3}', '{"coordinates": ["a", 1]}')),
-    ],
-)
-def test_what_holds_no_points_is_refused_by_name(name, text):
-    with pytest.raises(ValueError, match=rf"^{name}: not "):
-        carry_points(text, name, Similarity())
-
-
 def test_a_merge_becomes_a_line_for_tf(merged, monkeypatch, capsys):
     assert rectmerge(monkeypatch, "transform", merged, "--as", "ros2", "--parent", "world") == 0
 
@@ -201,6 +171,13 @@ def test_points_are_carried_to_a_file(merged, monkeypatch, tmp_path):
     found = json.loads((merged / "alignment.json").read_text())["b_to_a"]
     placed = Similarity(found["scale"], found["angle_rad"], *found["translation"])
     assert told((tmp_path / "on_a.csv").read_text()) == pytest.approx(placed.apply([0.5, 0.5]), abs=1e-6)
+
+
+def test_a_spreadsheets_mark_is_no_part_of_the_first_heading(merged, monkeypatch, tmp_path, capsys):
+    (tmp_path / "way.csv").write_text("x,y\n0.5,0.5\n", encoding="utf-8-sig")
+
+    assert rectmerge(monkeypatch, "transform", merged, "--points", tmp_path / "way.csv") == 0
+    assert capsys.readouterr().out.startswith("x,y\n")
 
 
 @pytest.mark.parametrize(
