@@ -55,9 +55,8 @@ def inspect(
 
     if output.suffix.lower() != ".png":
         raise InputError(f"{output}: the picture is a PNG; give it a name that ends in .png")
-    inputs = name_maps(
-        [map_file], free=free, occupied=occupied, unknown=unknown, dialect=dialect, strict=strict_thresholds
-    )
+    maps = [(map_file, None)]
+    inputs = name_maps(maps, greys=(free, occupied, unknown), dialect=dialect, strict=strict_thresholds)
     require_other(output, files_of(inputs))
     (grid,) = read_maps(inputs, quiet=quiet)
     inspection = inspect_map(grid)

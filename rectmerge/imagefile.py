@@ -152,8 +152,7 @@ def replace_files(files: Mapping[Path, bytes], *, stale: Iterable[Path] = ()) ->
     path = Path()
     try:
         for path, partial in partials.items():
-            if path.is_dir() and not path.is_symlink():
-                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+            _require_no_folder(path)
             partial.write_bytes(files[path])
         fresh = [path for path in files if not os.path.lexists(path)]
         try:
@@ -170,6 +169,11 @@ def replace_files(files: Mapping[Path, bytes], *, stale: Iterable[Path] = ()) ->
     finally:
         _remove(partials.values())
     _remove(earlier.values())
+
+
+def _require_no_folder(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():  # it could be set aside like a file, with all it holds
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
 
 
 def _hidden(path: Path, suffix: str) -> Path:

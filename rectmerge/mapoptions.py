@@ -42,28 +42,24 @@ Resolution = Annotated[float | None, typer.Option(metavar="M", help="Metres per 
 
 
 def name_maps(
-    maps: Sequence[Path],
+    maps: Sequence[tuple[Path, float | None]],
     *,
-    free: int | None,
-    occupied: int | None,
-    unknown: int | None,
+    greys: tuple[int | None, int | None, int | None],
     dialect: str | None,
     strict: bool,
-    resolutions: Sequence[float | None] = (None, None),
 ) -> list[Input]:
-    """Gather how maps are to be read."""
-    from rectmerge.inputs import Input
+    """Gather how maps are to be read: each with the resolution it was given, all with the greys of `inputs.GREYS`."""
+    from rectmerge.inputs import GREYS, Input
 
-    greys = {"free": free, "occupied": occupied, "unknown": unknown}
-    for resolution in resolutions:
+    levels, known = dict(zip(GREYS, greys, strict=True)), _known_dialect(dialect)
+    for _, resolution in maps:
         if resolution is not None and not 0 < resolution < float("inf"):
             raise typer.BadParameter(f"{resolution} is no positive number of metres per cell: --resolution-a, -b")
-    known = _known_dialect(dialect)
     inputs = [
-        Input(given=str(path), path=path, greys=greys, dialect=known, strict=strict, resolution=resolution)
-        for path, resolution in zip(maps, resolutions, strict=False)
+        Input(given=str(path), path=path, greys=levels, dialect=known, strict=strict, resolution=resolution)
+        for path, resolution in maps
     ]
-    if any(level is not None for level in greys.values()) and not any(one.is_plain for one in inputs):
+    if any(level is not None for level in greys) and not any(one.is_plain for one in inputs):
         raise InputError("--free, --occupied and --unknown are for plain images; a YAML tells them by its thresholds")
     return inputs
 
