@@ -48,15 +48,8 @@ def check(
     from rectmerge.resultfolder import to_json
 
     told, bounds, solver = parse_pixels(pixels), parse_scale(scale), choose_method(method, fields or [])
-    inputs = name_maps(
-        [a, b],
-        free=free,
-        occupied=occupied,
-        unknown=unknown,
-        dialect=dialect,
-        strict=strict_thresholds,
-        resolutions=(resolution_a, resolution_b),
-    )
+    maps = [(a, resolution_a), (b, resolution_b)]
+    inputs = name_maps(maps, greys=(free, occupied, unknown), dialect=dialect, strict=strict_thresholds)
     grid_a, grid_b = read_maps(inputs, quiet=quiet)
     found = judge(grid_a, grid_b, told, method=solver, scale=bounds, seed=seed)
     moved = moved_cells(grid_b, told, found.candidates[0].pixels) if found.candidates else 0.0

@@ -48,18 +48,16 @@ def inspect(
     debug: console.Debug = False,
 ) -> None:
     """Draw a map's rectangles and orientation, and tell its size and its own accuracy."""
-    from rectmerge.imagefile import encode_image, real, replace_file
+    from rectmerge.imagefile import encode_image, replace_file, require_other
     from rectmerge.inspection import inspect_map
     from rectmerge.mapoptions import files_of, name_maps, read_maps
     from rectmerge.resultfolder import to_json
 
     if output.suffix.lower() != ".png":
         raise InputError(f"{output}: the picture is a PNG; give it a name that ends in .png")
-    inputs = name_maps(
-        [map_file], free=free, occupied=occupied, unknown=unknown, dialect=dialect, strict=strict_thresholds
-    )
-    if real(output) in map(real, files_of(inputs)):
-        raise InputError(f"{output}: is the map itself; name another picture with -o")
+    maps = [(map_file, None)]
+    inputs = name_maps(maps, greys=(free, occupied, unknown), dialect=dialect, strict=strict_thresholds)
+    require_other(output, files_of(inputs))
     (grid,) = read_maps(inputs, quiet=quiet)
     inspection = inspect_map(grid)
     replace_file(output, encode_image(inspection.draw(), ".png"))

@@ -64,8 +64,10 @@ class OccupancyGrid:
         array = array.astype(np.int8)
         array.flags.writeable = False
         object.__setattr__(self, "occupancy", array)
-        if self.resolution is not None and not (math.isfinite(self.resolution) and self.resolution > 0):
-            raise InputError(f"resolution must be a positive number of metres per cell or None, got {self.resolution}")
+        if self.resolution is not None:
+            if not (math.isfinite(self.resolution) and self.resolution > 0):
+                raise InputError(f"resolution must be a positive number of metres per cell or None: {self.resolution}")
+            object.__setattr__(self, "resolution", float(self.resolution))  # YAML has no word for numpy's numbers
         origin = tuple(float(v) for v in self.origin)
         if len(origin) != 3 or not all(map(math.isfinite, origin)):
             raise InputError(f"origin must be three finite numbers (x, y, yaw), got {self.origin}")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from rectmerge.answerfile import AnswerFile
 from rectmerge.bagfile import is_bag, split_bag
 from rectmerge.dialects import DIALECTS, Dialect
 from rectmerge.errors import InputError
@@ -104,58 +104,23 @@ def told_inputs(folder: str | Path, a: Input, b: Input) -> dict[str, Any]:
     }
 
 
-def read_inputs(folder: str | Path) -> tuple[Path, Path]:
-    """Return where the maps of a merge lie.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no readable answer, or a map is no longer there.
-    """
-    a, b = inputs_of(read_told(folder), folder)
-    return a.path, b.path
-
-
-def inputs_of(
-    told: Mapping[str, Any], folder: str | Path, *, a: Path | None = None, b: Path | None = None
-) -> tuple[Input, Input]:
-    """Return the maps of an answer that `read_told` read, or of files named instead.
+def inputs_of(answer: AnswerFile, *, a: Path | None = None, b: Path | None = None) -> tuple[Input, Input]:
+    """Return the maps of an answer, or files named instead.
 
     Raises
     ------
     InputError
         If the answer does not name its maps, or one is no longer there.
     """
-    found = {name: _input(told, name, Path(folder), instead) for name, instead in (("a", a), ("b", b))}
-    return found["a"], found["b"]
+    return _input(answer, "a", a), _input(answer, "b", b)
 
 
-def read_told(folder: str | Path) -> dict[str, Any]:
-    """Read the ``alignment.json`` of a merge.
-
-    Raises
-    ------
-    InputError
-        If the folder holds none, or what it holds is no JSON object.
-    """
-    path = Path(folder) / "alignment.json"
+def _input(answer: AnswerFile, name: str, instead: Path | None) -> Input:
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}; name the folder of a merge") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not an answer of rectmerge merge: {error}; merge again") from None
-    if not isinstance(told, dict):
-        raise InputError(f"{path}: not an answer of rectmerge merge: no JSON object; merge again")
-    return told
-
-
-def _input(told: Mapping[str, Any], name: str, folder: Path, instead: Path | None) -> Input:
-    try:
-        entry = told["inputs"][name]
+        entry = answer.told["inputs"][name]
         found = Input(
             given=str(entry["given"]),
-            path=Path(os.path.normpath(real(folder) / str(entry["path"]))),
+            path=Path(os.path.normpath(real(answer.path).parent / str(entry["path"]))),
             greys={grey: None if entry[grey] is None else int(entry[grey]) for grey in GREYS},
             dialect=entry["dialect"] if entry["dialect"] in DIALECTS else None,
             strict=bool(entry["strict_thresholds"]),
@@ -163,14 +128,13 @@ def _input(told: Mapping[str, Any], name: str, folder: Path, instead: Path | Non
         )
     except (KeyError, TypeError, ValueError):
         if instead is None:
-            where = folder / "alignment.json"
-            raise InputError(f"{where}: does not say where map {name.upper()} lies; {REMEDY}") from None
+            raise InputError(f"{answer.path}: does not say where map {name.upper()} lies; {REMEDY}") from None
         return Input(given=str(instead), path=instead, greys=dict.fromkeys(GREYS))
     if instead is not None:
         return replace(found, given=str(instead), path=instead)
     bag = split_bag(found.path)
     if not (found.path if bag is None else bag.file).exists():
-        raise InputError(f"{found.path}: map {name.upper()} of {folder} is no longer there; {REMEDY}")
+        raise InputError(f"{found.path}: map {name.upper()} of {answer.folder} is no longer there; {REMEDY}")
     return found
 
 

@@ -1,4 +1,4 @@
-"""The options by which commands are given maps, and how these are read."""
+"""The options by which commands are given maps, or the answer about them, and how maps are read."""
 
 from __future__ import annotations
 
@@ -21,6 +21,9 @@ DIALECT_NAMES = "nav2|nav2-2024|ros1|cartographer"
 
 MapA = Annotated[Path, typer.Argument(metavar="A", help=f"{KINDS}; its frame is kept.")]
 MapB = Annotated[Path, typer.Argument(metavar="B", help="The map that is placed on A.")]
+MergeFolder = Annotated[
+    Path, typer.Argument(metavar="DIR", help="The folder that a merge wrote, or the alignment.json in it.")
+]
 OneMap = Annotated[Path, typer.Argument(metavar="MAP", help=f"{KINDS}.")]
 Grey = Annotated[int | None, typer.Option(min=0, max=255, help="Grey level in plain images; guessed unless given.")]
 DialectName = Annotated[
@@ -39,28 +42,24 @@ Resolution = Annotated[float | None, typer.Option(metavar="M", help="Metres per 
 
 
 def name_maps(
-    maps: Sequence[Path],
+    maps: Sequence[tuple[Path, float | None]],
     *,
-    free: int | None,
-    occupied: int | None,
-    unknown: int | None,
+    greys: tuple[int | None, int | None, int | None],
     dialect: str | None,
     strict: bool,
-    resolutions: Sequence[float | None] = (None, None),
 ) -> list[Input]:
-    """Gather how maps are to be read."""
-    from rectmerge.inputs import Input
+    """Gather how maps are to be read: each with the resolution it was given, all with the greys of `inputs.GREYS`."""
+    from rectmerge.inputs import GREYS, Input
 
-    greys = {"free": free, "occupied": occupied, "unknown": unknown}
-    for resolution in resolutions:
+    levels, known = dict(zip(GREYS, greys, strict=True)), _known_dialect(dialect)
+    for _, resolution in maps:
         if resolution is not None and not 0 < resolution < float("inf"):
             raise typer.BadParameter(f"{resolution} is no positive number of metres per cell: --resolution-a, -b")
-    known = _known_dialect(dialect)
     inputs = [
-        Input(given=str(path), path=path, greys=greys, dialect=known, strict=strict, resolution=resolution)
-        for path, resolution in zip(maps, resolutions, strict=False)
+        Input(given=str(path), path=path, greys=levels, dialect=known, strict=strict, resolution=resolution)
+        for path, resolution in maps
     ]
-    if any(level is not None for level in greys.values()) and not any(one.is_plain for one in inputs):
+    if any(level is not None for level in greys) and not any(one.is_plain for one in inputs):
         raise InputError("--free, --occupied and --unknown are for plain images; a YAML tells them by its thresholds")
     return inputs
 

@@ -104,15 +104,8 @@ def merge(
         earlier=earlier,
         candidate=candidate,
     )
-    inputs = name_maps(
-        [a, b],
-        free=free,
-        occupied=occupied,
-        unknown=unknown,
-        dialect=dialect,
-        strict=strict_thresholds,
-        resolutions=(resolution_a, resolution_b),
-    )
+    maps = [(a, resolution_a), (b, resolution_b)]
+    inputs = name_maps(maps, greys=(free, occupied, unknown), dialect=dialect, strict=strict_thresholds)
     folder = ResultFolder(output)
     folder.check(files_of(inputs), force=force)
     grid_a, grid_b = read_maps(inputs, quiet=quiet)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from rectmerge.alignment import Alignment, Candidate, Method
+from rectmerge.answerfile import AnswerFile
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.methods import Scale, align, check
@@ -76,7 +77,7 @@ class Placing:
         return _as_told(check(a, b, pixels, method=method, scale=scale, seed=seed), a, b, pixels)
 
     def _earlier_pixels(self, a: OccupancyGrid, b: OccupancyGrid) -> Similarity:
-        answer = Answer.read(self.earlier or Path())
+        answer = Answer.of(AnswerFile.read(self.earlier or Path()))
         if self.candidate is None and answer.verdict != "accepted":
             raise InputError(
                 f"{self.earlier}: {answer.verdict}; name one of its {len(answer.candidates)} candidates by --candidate"

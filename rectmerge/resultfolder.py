@@ -41,7 +41,8 @@ class ResultFolder:
         Raises
         ------
         InputError
-            If it is not a folder or not writable, would overwrite an input, or holds results and `force` is False.
+            If it is not a folder or not writable, would overwrite an input, holds a folder by the name of a result, or
+            holds results and `force` is False.
         """
         try:
             is_writable = self._is_writable()
@@ -50,14 +51,20 @@ class ResultFolder:
         if not is_writable:
             raise InputError(f"{self.path}: cannot be written; name another folder with -o")
         for file in inputs:
-            named = {file.absolute(), real(file)}  # a link counts by its own name as well
-            if any(real(p.parent) == real(self.path) and OWN.fullmatch(p.name) for p in named):
+            if self.owns(file):
                 raise InputError(
                     f"{file}: is an input, and results in {self.path} would replace it; name another folder"
                 )
+        if folders := [p for p in self._own() if _is_folder(p)]:
+            raise InputError(f"{folders[0]}: is a folder where a result would go; name another folder with -o")
         if (held := self._own_files()) and not force:
             names = ", ".join(sorted(p.name for p in held))
             raise InputError(f"{self.path}: holds results ({names}); name another folder, or --force replaces them")
+
+    def owns(self, file: Path) -> bool:
+        """Whether results go by this name, or by that of what it leads to."""
+        named = {file.absolute(), real(file)}
+        return any(real(p.parent) == real(self.path) and OWN.fullmatch(p.name) for p in named)
 
     def write(
         self, alignment: dict[str, Any], pictures: dict[str, NDArray[np.uint8]], merged: OccupancyGrid | None
@@ -89,9 +96,15 @@ class ResultFolder:
         return existing.is_dir() and os.access(existing, os.R_OK | os.W_OK | os.X_OK)
 
     def _own_files(self) -> list[Path]:
-        if not self.path.is_dir():
-            return []
-        return [p for p in self.path.iterdir() if OWN.fullmatch(p.name) and (p.is_file() or p.is_symlink())]
+        return [p for p in self._own() if not _is_folder(p)]
+
+    def _own(self) -> list[Path]:
+        """Return what bears the name of a result."""
+        return [p for p in self.path.iterdir() if OWN.fullmatch(p.name)] if self.path.is_dir() else []
+
+
+def _is_folder(path: Path) -> bool:
+    return path.is_dir() and not path.is_symlink()  # a link to one is only a name, and is replaced
 
 
 def to_json(data: object) -> str:

@@ -11,13 +11,14 @@ import typer
 
 from rectmerge import console
 from rectmerge.errors import InputError
+from rectmerge.mapoptions import MergeFolder
 
 PAGE = "view.html"
 SUFFIXES = (".html", ".htm")
 
 
 def view(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder that a merge wrote.")],
+    folder: MergeFolder,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="PAGE.html", help=f"The page; DIR/{PAGE} unless given.")
     ] = None,
@@ -32,17 +33,18 @@ def view(
     The page is one file that needs no network. What is placed by hand it tells as options to paste back. stdout has
     the path of the page. The status is 0 whatever the verdict.
     """
+    from rectmerge.answerfile import AnswerFile
     from rectmerge.imagefile import replace_file
-    from rectmerge.inputs import inputs_of, read_told
+    from rectmerge.inputs import inputs_of
     from rectmerge.view.answer import ShownAnswer
     from rectmerge.view.page import html
 
-    page = output or folder / PAGE
-    if page.suffix.lower() not in SUFFIXES:
-        raise InputError(f"{page}: the page is HTML; give it a name that ends in .html")
-    told = read_told(folder)
-    answer = ShownAnswer.of(told, folder)
-    inputs = inputs_of(told, folder, a=a, b=b)
+    if output is not None and output.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{output}: the page is HTML; give it a name that ends in .html")
+    file = AnswerFile.read(folder)
+    page = output or file.folder / PAGE
+    answer = ShownAnswer.of(file)
+    inputs = inputs_of(file, a=a, b=b)
     grid_a, grid_b = (one.read() for one in inputs)
     if not answer.fits(grid_a, grid_b) and not quiet:
         console.say(f"rectmerge: {folder}: these are not the maps of the merge, or they have changed; merge again")

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
 from rectmerge.alignment import Verdict
-from rectmerge.errors import InputError
+from rectmerge.answerfile import AnswerFile
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.similarity import Similarity
 
@@ -57,29 +56,22 @@ class ShownAnswer:
     candidates: tuple[ShownCandidate, ...]
 
     @classmethod
-    def of(cls, told: Mapping[str, Any], folder: Path) -> ShownAnswer:
-        """Take what `rectmerge.inputs.read_told` read from a folder.
+    def of(cls, file: AnswerFile) -> ShownAnswer:
+        """Take what an answer tells.
 
         Raises
         ------
         InputError
-            If it is no answer.
+            If it lacks what is to be shown.
         """
-        where = f"{folder / 'alignment.json'}: not an answer of rectmerge merge"
-        try:
-            if told["verdict"] not in get_args(Verdict):
-                raise ValueError(f"no verdict {told['verdict']!r}")
+        with file.refusing():
             return cls(
-                verdict=told["verdict"],
-                reason=str(told["reason"]),
-                method=str(told["method"]),
-                confidence=_share(told["confidence"]),
-                candidates=tuple(map(ShownCandidate.of, told["candidates"])),
+                verdict=file.verdict,
+                reason=file.reason,
+                method=str(file.told["method"]),
+                confidence=_share(file.told["confidence"]),
+                candidates=tuple(map(ShownCandidate.of, file.told["candidates"])),
             )
-        except KeyError as error:
-            raise InputError(f"{where}: there is no {error}; merge again") from None
-        except (ValueError, TypeError) as error:
-            raise InputError(f"{where}: {error}; merge again") from None
 
     def fits(self, a: OccupancyGrid, b: OccupancyGrid) -> bool:
         """Whether the maps can be those of the merge: by their sizes, resolutions and origins."""

@@ -210,6 +210,13 @@ def test_a_trinary_map_comes_back_bit_for_bit(tmp_path, cells, resolution, origi
     assert (back.resolution, back.origin) == (resolution, origin)
 
 
+@pytest.mark.parametrize("number", [np.float64(0.05), np.float32(0.05), np.int64(2)])
+def test_a_resolution_may_be_a_number_of_numpys(tmp_path, number):
+    write_map(OccupancyGrid(np.zeros((2, 2), np.int8), number, (number, number, number)), tmp_path / "m.yaml")
+
+    assert read_map(tmp_path / "m.yaml").resolution == pytest.approx(float(number))
+
+
 def test_writing_leaves_only_the_two_files(tmp_path):
     write_map(drawing.building(resolution=0.05), tmp_path / "m.yaml")
 
@@ -220,8 +227,12 @@ def test_an_interrupted_write_leaves_the_old_map(tmp_path, monkeypatch):
     write_map(drawing.building(resolution=0.05), tmp_path / "m.yaml")
     before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
 
-    def fail(self: Path, target: Path) -> None:
-        raise OSError(28, "No space left on device")
+    replace = Path.replace
+
+    def fail(self: Path, target: Path) -> Path:
+        if self.suffix == ".part":
+            raise OSError(28, "No space left on device")
+        return replace(self, target)
 
     monkeypatch.setattr(Path, "replace", fail)
     with pytest.raises(MapFileError, match=r"m\.pgm: cannot be written: No space left on device"):

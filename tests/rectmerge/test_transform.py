@@ -1,6 +1,7 @@
 import json
 import math
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from rectmerge.cli import app
 from rectmerge.console import run
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.similarity import Similarity
-from rectmerge.transform import Placed, SharedArea, carry_points
+from rectmerge.transform import Placed, SharedArea
 from tests import drawing
 
 ANSWER = Placed(Similarity(1.02, 0.5, 3.0, -1.0), SharedArea((4.0, 2.0), 1.5), "m")
@@ -86,34 +87,59 @@ def test_the_shared_area_is_what_both_maps_show():
     assert pixels_to_map_frame(pixels, a, b).apply(shared.centre) == pytest.approx(expected, abs=0.05)
 
 
-def test_csv_keeps_its_other_columns():
-    text = "name,y,x\ndoor,2.0,1.0\nlift,0,0\n"
+@pytest.fixture(scope="module")
+def write_units(merged, tmp_path_factory):
+    """Write the answer of a merge anew, with the units of both maps."""
 
-    carried = carry_points(text, "way.csv", Similarity(2.0, math.pi / 2, 10.0, 0.0))
+    def write(unit_a, unit_b):
+        told = json.loads((merged / "alignment.json").read_text())
+        for one in told["candidates"]:
+            one["b_to_a"]["unit"], one["shared"]["unit"] = unit_a, unit_b
+        folder = tmp_path_factory.mktemp("units")
+        (folder / "alignment.json").write_text(json.dumps(told))
+        return folder
 
-    assert carried == "name,y,x\ndoor,2.000000,6.000000\nlift,0.000000,10.000000\n"
-    assert carry_points("1.0,2.0,a\n", "w.csv", Similarity(tx=1.0)) == "2.000000,2.000000,a\n"
-
-
-def test_geojson_is_carried_however_deep_its_coordinates_are():
-    zone = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1, 7], [0, 0]]]}
-    text = json.dumps({"type": "FeatureCollection", "features": [{"type": "Feature", "geometry": zone}]})
-
-    carried = json.loads(carry_points(text, "zones.geojson", Similarity(tx=5.0, ty=1.0)))
-
-    assert carried["features"][0]["geometry"]["coordinates"] == [[[5, 1], [6, 1], [6, 2, 7], [5, 1]]]
+    return write
 
 
+@pytest.mark.parametrize("form", ["ros1", "ros2"])
 @pytest.mark.parametrize(
-    ("name", "text"),
+    ("units", "message"),
     [
-        *(("p.csv", text) for text in ("", "x,y\n1\n", "a,b\n", "x,y\nnan,1\n")),
-        *(("p.geojson", text) for text in ("{", "[]", '{"coordinates": 3}', '{"coordinates": ["a", 1]}')),
+        (("cells", "cells"), "maps A and B are in cells, not in metres; merge again with --resolution-a METRES and"),
+        (("cells", "m"), "map A is in cells, not in metres; merge again with --resolution-a METRES\n"),
+        (("m", "cells"), "map B is in cells, not in metres; merge again with --resolution-b METRES\n"),
     ],
 )
-def test_what_holds_no_points_is_refused_by_name(name, text):
-    with pytest.raises(ValueError, match=rf"^{name}: not "):
-        carry_points(text, name, Similarity())
+def test_there_is_no_line_for_tf_in_cells(write_units, monkeypatch, capsys, form, units, message):
+    assert rectmerge(monkeypatch, "transform", write_units(*units), "--as", form) == 2
+
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err.startswith(f"rectmerge: TF is in metres: {message}")
+
+
+@pytest.mark.parametrize("words", [["--as", "pose"], ["--as", "matrix"], ["--points", "way.csv"]])
+def test_what_is_in_cells_is_told_as_such(write_units, tmp_path, monkeypatch, capsys, words):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "way.csv").write_text("x,y\n1,2\n")
+
+    assert rectmerge(monkeypatch, "transform", write_units("cells", "cells"), *words) == 0
+    in_cells = capsys.readouterr()
+    assert rectmerge(monkeypatch, "transform", write_units("m", "m"), *words) == 0
+    in_metres = capsys.readouterr()
+
+    assert in_cells.out == in_metres.out
+    assert in_cells.err.startswith("rectmerge: maps A and B are in cells, not in metres; ")
+    assert "in cells" not in in_metres.err
+
+
+def test_a_merge_tells_the_units_of_both_maps(tmp_path, monkeypatch):
+    plain = drawing.DATA / "building_b.pgm"
+    assert rectmerge(monkeypatch, "merge", drawing.DATA / "building_a.yaml", plain, "-o", tmp_path) == 0
+
+    (first, *_) = json.loads((tmp_path / "alignment.json").read_text())["candidates"]
+    assert (first["b_to_a"]["unit"], first["shared"]["unit"]) == ("m", "cells")
 
 
 def test_a_merge_becomes_a_line_for_tf(merged, monkeypatch, capsys):
@@ -145,6 +171,47 @@ def test_points_are_carried_to_a_file(merged, monkeypatch, tmp_path):
     found = json.loads((merged / "alignment.json").read_text())["b_to_a"]
     placed = Similarity(found["scale"], found["angle_rad"], *found["translation"])
     assert told((tmp_path / "on_a.csv").read_text()) == pytest.approx(placed.apply([0.5, 0.5]), abs=1e-6)
+
+
+def test_a_spreadsheets_mark_is_no_part_of_the_first_heading(merged, monkeypatch, tmp_path, capsys):
+    (tmp_path / "way.csv").write_text("x,y\n0.5,0.5\n", encoding="utf-8-sig")
+
+    assert rectmerge(monkeypatch, "transform", merged, "--points", tmp_path / "way.csv") == 0
+    assert capsys.readouterr().out.startswith("x,y\n")
+
+
+@pytest.mark.parametrize(
+    ("output", "message"),
+    [
+        ("way.csv", "is an input"),
+        ("link.csv", "is an input"),
+        ("out/alignment.json", "is an input"),
+        ("answer.json", "is an input"),
+        ("folder/merged.pgm", "is for a result"),
+        ("folder/overlay_7.png", "is for a result"),
+        ("picture.csv", "is for a result"),
+    ],
+)
+@pytest.mark.parametrize("named", ["out", "folder", "answer.json"])
+def test_points_are_not_written_over_what_is_read_or_was_merged(
+    merged, monkeypatch, tmp_path, capsys, named, output, message
+):
+    shutil.copytree(merged, tmp_path / "out")
+    (tmp_path / "way.csv").write_text("x,y\n0.5,0.5\n")
+    links = {
+        "link.csv": "way.csv",
+        "folder": "out",
+        "answer.json": "out/alignment.json",
+        "picture.csv": "out/overlay.png",
+    }
+    for link, target in links.items():
+        (tmp_path / link).symlink_to(target)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    monkeypatch.chdir(tmp_path)
+
+    assert rectmerge(monkeypatch, "transform", named, "--points", "way.csv", "-o", output) == 2
+    assert f"rectmerge: {output}: {message}" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
 
 
 @pytest.mark.parametrize(

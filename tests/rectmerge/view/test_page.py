@@ -4,17 +4,18 @@ import re
 import numpy as np
 import pytest
 
+from rectmerge.answerfile import AnswerFile
 from rectmerge.grid import OccupancyGrid
-from rectmerge.inputs import Input, inputs_of, read_told
+from rectmerge.inputs import Input, inputs_of
 from rectmerge.view.answer import ShownAnswer
 from rectmerge.view.page import html
 from tests import drawing
 
 
 def page_of(folder, **named):
-    told = read_told(folder)
-    inputs = inputs_of(told, folder, **named)
-    return html(ShownAnswer.of(told, folder), inputs, *(one.read() for one in inputs))
+    answer = AnswerFile.read(folder)
+    inputs = inputs_of(answer, **named)
+    return html(ShownAnswer.of(answer), inputs, *(one.read() for one in inputs))
 
 
 def held_by(page):
@@ -36,7 +37,7 @@ def test_matrices_are_told_in_full(write_answer, tmp_path):
 
     held = held_by(page_of(folder))
 
-    for shown, told in zip(held["candidates"], read_told(folder)["candidates"], strict=True):
+    for shown, told in zip(held["candidates"], AnswerFile.read(folder).told["candidates"], strict=True):
         assert shown["pixels"] == pytest.approx(np.ravel(told["pixels"]), rel=1e-14)
 
 
@@ -45,7 +46,7 @@ def test_the_frames_take_pixels_to_the_map_frame(write_answer, tmp_path):
 
     frames = held_by(page_of(folder))["frames"]
 
-    for one, frame in zip(inputs_of(read_told(folder), folder), (frames["a"], frames["b"]), strict=True):
+    for one, frame in zip(inputs_of(AnswerFile.read(folder)), (frames["a"], frames["b"]), strict=True):
         m = np.reshape(frame, (2, 3))
         assert m @ [7.0, 3.0, 1.0] == pytest.approx(one.read().pixel_to_map([7.0, 3.0]))
 
@@ -61,7 +62,7 @@ def test_without_a_candidate_a_hand_starts_with_one_middle_on_the_other(write_an
 
 def test_what_was_not_measured_is_shown_as_not_known(write_answer, tmp_path):
     folder = write_answer(tmp_path)
-    told = read_told(folder)
+    told = json.loads((folder / "alignment.json").read_text())
     told["confidence"] = told["candidates"][0]["confidence"] = None
     (folder / "alignment.json").write_text(json.dumps(told))
 
@@ -81,7 +82,7 @@ def test_rectangles_are_those_of_the_whole_map(write_answer, tmp_path):
 
 
 def test_commands_read_the_maps_as_the_merge_did(write_answer, tmp_path):
-    answer = ShownAnswer.of(read_told(write_answer(tmp_path)), tmp_path)
+    answer = ShownAnswer.of(AnswerFile.read(write_answer(tmp_path)))
     greys = {"free": 254, "occupied": None, "unknown": 205}
     inputs = [
         Input(given="my a.png", path=tmp_path / "my a.png", greys=greys),
@@ -94,11 +95,10 @@ def test_commands_read_the_maps_as_the_merge_did(write_answer, tmp_path):
 
 
 def test_a_map_of_nothing_known_is_shown_as_nothing(write_answer, tmp_path):
-    folder = write_answer(tmp_path)
-    told = read_told(folder)
+    answer = AnswerFile.read(write_answer(tmp_path))
     empty = OccupancyGrid(np.full((5, 4), -1, np.int8))
 
-    held = held_by(html(ShownAnswer.of(told, folder), inputs_of(told, folder), empty, drawing.building()))
+    held = held_by(html(ShownAnswer.of(answer), inputs_of(answer), empty, drawing.building()))
 
     assert held["rectangles"]["a"] == []
     assert held["maps"]["size"][:2] == [1, 1]
