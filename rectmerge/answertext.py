@@ -15,9 +15,24 @@ DOUBTFUL = 0.9  # below this confidence a yes asks to be looked at
 
 
 def describe(
-    found: Alignment, files: Sequence[Path] = (), certificate: Certificate | None = None, *, is_given: bool = False
+    found: Alignment,
+    files: Sequence[Path] = (),
+    certificate: Certificate | None = None,
+    *,
+    is_given: bool = False,
+    is_shaded: bool = False,
 ) -> str:
-    """Tell the verdict, the best candidate, and the files that were written; `is_given` where somebody placed B."""
+    """Tell the verdict, the best candidate, and the files that were written.
+
+    Parameters
+    ----------
+    found, files, certificate
+        The answer, what was written, and what --certify showed.
+    is_given
+        Whether somebody placed B.
+    is_shaded
+        Whether the merged map holds more than free, occupied and unknown.
+    """
     lines = [f"{found.verdict}: {found.reason}", f"  method      {found.method}, {found.seconds:.2f} s"]
     if found.candidates:
         if not found:
@@ -28,6 +43,8 @@ def describe(
         lines.append("  look at     overlay.png before using the map: the method is not sure")
     if certificate is not None:
         lines.append(f"  certified   {certificate}")
+    if is_shaded:
+        lines.append("  shades      in mode raw; costmaps take what is below lethal_cost_threshold, 100, for free")
     if files:
         lines.append(f"  written     {files[0].parent}: {', '.join(file.name for file in files)}")
     return "\n".join(lines)

@@ -10,8 +10,11 @@ from PIL import Image
 
 from rectmerge import cli, console, methods, overlay, picture
 from rectmerge.alignment import Alignment, Candidate
-from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
+from rectmerge.composition import compose
+from rectmerge.dialects import Legend
+from rectmerge.grid import OccupancyGrid, map_frame_to_pixels, pixels_to_map_frame
 from rectmerge.mapfile import read_map, write_map
+from rectmerge.mapheader import read_header
 from rectmerge.similarity import Similarity
 from tests import drawing
 
@@ -115,6 +118,32 @@ def test_the_merged_map_has_the_cells_that_were_asked_for(tmp_path, answer, cell
     assert rectmerge("merge", A, B, "-o", tmp_path / "out", "--output-resolution", cells, "--rule", "newest") == 0
 
     assert read_map(tmp_path / "out" / "merged.yaml").resolution == pytest.approx(size)
+
+
+@pytest.mark.parametrize(("rule", "shade"), [("log-odds", 82), ("evidence", 50)])
+def test_the_shades_of_a_rule_are_read_back_as_they_were_made(tmp_path, answer, capsys, rule, shade):
+    answer("accepted")
+
+    assert rectmerge("merge", A, B, "-o", tmp_path / "out", "--rule", rule) == 0
+
+    a, b = read_map(A), read_map(B)
+    made = compose([a, b], [None, pixels_to_map_frame(drawing.B_IN_A, a, b)], rule=rule).grid.occupancy
+    for dialect in ("nav2", "nav2-2024", "ros1"):
+        assert np.array_equal(read_map(tmp_path / "out" / "merged.yaml", dialect=dialect).occupancy, made)
+    assert (made == shade).any()
+    assert names(tmp_path / "out") == YES_FILES
+    assert "mode raw" in capsys.readouterr().out
+
+
+def test_a_map_without_shades_is_written_as_map_saver_does(tmp_path, answer, capsys):
+    answer("accepted")
+
+    assert rectmerge("merge", A, B, "-o", tmp_path / "out") == 0
+
+    assert read_header(tmp_path / "out" / "merged.yaml").legend == Legend()
+    with Image.open(tmp_path / "out" / "merged.pgm") as image:
+        assert {grey for _, grey in image.getcolors()} == {0, 205, 254}
+    assert "mode raw" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("cells", ["c", "0", "-1", "nan"])
