@@ -2,6 +2,7 @@ import json
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from PIL import Image
 
 from rectmerge import cli, console, methods, overlay, picture
 from rectmerge.alignment import Alignment, Candidate
+from rectmerge.answertext import describe
 from rectmerge.composition import compose
 from rectmerge.dialects import Legend
 from rectmerge.grid import OccupancyGrid, map_frame_to_pixels, pixels_to_map_frame
@@ -93,6 +95,32 @@ def test_another_answer_writes_an_overlay_per_candidate_and_no_map(tmp_path, ans
 
     assert names(tmp_path / "out") == {"alignment.json", "overlay_1.png", "overlay_2.png"}
     assert f"{verdict}: told so" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("count", "listed"), [(2, 2), (7, 5)])
+def test_another_answer_lists_its_candidates_and_says_how_to_take_one(tmp_path, answer, capsys, count, listed):
+    answer("ambiguous", candidates=count)
+
+    rectmerge("merge", A, B, "-o", tmp_path / "out")
+
+    _, _, heads, *rows = capsys.readouterr().out.splitlines()
+    assert heads.split() == ["candidate", "confidence", "rotation", "scale", "overlap", "conflict", "picture"]
+    for number, row in enumerate(rows[:listed], start=1):
+        assert len(row) == len(heads)
+        assert row.split()[:6] == [str(number), "0.97", "-28.65", "deg", "1.2000", "99%"]
+        assert row.endswith(f" overlay_{number}.png")
+    assert "1.2000 cells of A per cell of B by the resolutions" in rows[listed]
+    assert "--candidate K --force" in rows[listed + 1]
+
+
+@pytest.mark.parametrize(("conflict", "is_told"), [(0.28, True), (0.05, False)])
+def test_a_yes_with_much_conflict_asks_for_a_look_at_the_pictures(conflict, is_told):
+    maps = read_map(A), read_map(B)
+    placed = replace(Candidate.from_pixels(drawing.B_IN_A, *maps, confidence=1.0), conflict=conflict)
+    yes = Alignment(verdict="accepted", reason="told so", method="m", candidates=(placed,), confidence=1.0)
+
+    assert ("walls stand double" in describe(yes, [Path("out/overlay.png")])) == is_told
+    assert "overlay.png" not in describe(yes)  # nothing was drawn
 
 
 def test_the_pictures_bear_the_verdict(tmp_path, answer, monkeypatch):
