@@ -36,8 +36,8 @@ def check(
 ) -> None:
     """Judge a placement that was made by hand, with the verdict that `merge` would give it; writes nothing.
 
-    The placement is made exact where it lies, and then weighed against every other. The numbers are those that
-    `rectmerge view` shows: pixel (u, v) of B lies on pixel (a u - b v + tx, b u + a v + ty) of A.
+    The placement is made exact where it lies, and then weighed against every other; where nothing fits near there it
+    says so, and tells what does. The numbers are those that `rectmerge view` shows: pixel (u, v) of B lies on pixel (a u - b v + tx, b u + a v + ty) of A.
     """
     from rectmerge.answertext import describe, describe_check
     from rectmerge.mapoptions import name_maps, read_maps
@@ -52,9 +52,9 @@ def check(
     inputs = name_maps(maps, greys=(free, occupied, unknown), dialect=dialect, strict=strict_thresholds)
     grid_a, grid_b = read_maps(inputs, quiet=quiet)
     found = judge(grid_a, grid_b, told, method=solver, scale=bounds, seed=seed)
-    moved = moved_cells(grid_b, told, found.candidates[0].pixels) if found.candidates else 0.0
     if json:
+        moved = moved_cells(grid_b, told, found.candidates[0].pixels) if found.candidates else 0.0
         typer.echo(to_json(lay_out(found, grid_a, grid_b) | {"moved_cells": moved}))
     else:
-        typer.echo("\n".join([describe(found, is_given=True), *describe_check(found, moved)]))
+        typer.echo("\n".join([describe(found, is_given=True), *describe_check(found, grid_b, told)]))
     raise typer.Exit(console.STATUS[found.verdict])

@@ -120,7 +120,8 @@ def grey_levels(legend: Legend) -> NDArray[np.uint8]:
     """Return the greys that are read again as occupancy 0..100, and as unknown: shape (102,), unknown last.
 
     Map_saver's own (254 free, 0 occupied, 205 unknown) where they mean that, else those in the middle of what does; in
-    mode scale the nearest where thresholds leave too few, and unknown is told by transparency.
+    mode scale the nearest where thresholds leave too few, and unknown is told by transparency; in mode raw unknown is
+    255, the -1 of the message's signed bytes, into which map_server of ROS 1 copies greys as they are.
 
     Raises
     ------
@@ -133,6 +134,8 @@ def grey_levels(legend: Legend) -> NDArray[np.uint8]:
         wanted = np.where(
             wanted >= OCCUPIED_AT_LEAST, OCCUPIED, np.where(wanted > FREE_AT_MOST, UNKNOWN, wanted.clip(-1, 0))
         )
+    if legend.mode == "raw":
+        return wanted.astype(np.uint8)
     is_exact = legend.mode != "scale"
     return np.array([_grey_of(int(value), table, is_exact=is_exact) for value in wanted], np.uint8)
 

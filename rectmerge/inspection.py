@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +19,7 @@ from rectmerge.quality import MapQuality, measure_quality
 
 MARGIN_CELLS = 5
 LISTED = 20  # rectangles that are numbered and listed, as in figure 3
+LEGEND_LABELS = 8  # of a series: laser maps have some of 50, and a line of so many is wider than the picture
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +68,6 @@ class Inspection:
 
     def __str__(self) -> str:
         data = self.as_dict()
-        area = self.grid.free.sum() * self.grid.cell_size**2
         resolution = "not known" if self.grid.resolution is None else f"{self.grid.resolution:g} m per cell"
         turn = data["upright_after_deg"]
         upright = "no parallel edges found" if turn is None else f"upright after a turn of {turn:+.2f} deg"
@@ -77,8 +78,8 @@ class Inspection:
         return "\n".join(
             [
                 f"  size         {data['width']} x {data['height']} cells, resolution {resolution}",
-                f"  free space   {area:.4g} {'cells' if self.grid.resolution is None else 'square metres'}",
-                f"  rectangles   {len(self.found)}, the largest {largest} cells",
+                f"  free space   {_area(data['cells']['free'], self.grid.resolution)}",
+                f"  rectangles   {len(self.found):,}, the largest {largest} cells",
                 f"  orientation  {upright}",
                 f"  walls        {walls}",
                 f"  speckle      {quality['speckle']:.2%} of the known cells stand alone",
@@ -88,13 +89,16 @@ class Inspection:
     def draw(self) -> Picture:
         """Draw figures 3 to 6 of the paper for this map, RGB."""
         boxes = self.found.rectangles
-        chains = {f"{side}: {', '.join(map(str, labels)) or 'none'}": labels for side, labels in self.series.items()}
+        chains = {f"{side}: {_first_few(labels)}": labels for side, labels in self.series.items()}
         panels = {
             f"rectangles: {len(boxes)}, the first {min(LISTED, len(boxes))} numbered": draw_rectangles(
                 self.grid, boxes
             ),
             "largest neighbours of rectangle 1": draw_series(
-                self.grid, boxes, {name: [0, *(label - 1 for label in labels)] for name, labels in chains.items()}
+                self.grid,
+                boxes,
+                {name: [0, *(label - 1 for label in labels)] for name, labels in chains.items()},
+                numbered=LEGEND_LABELS + 1,  # and rectangle 1 itself
             ),
         }
         if self.orientation is not None:
@@ -117,6 +121,19 @@ def inspect_map(grid: OccupancyGrid) -> Inspection:
     """
     found = rmap(grid.free)
     return Inspection(grid, found, largest_neighbours(found, 1), orthogonal_orientation(found), measure_quality(grid))
+
+
+def _first_few(labels: Sequence[int]) -> str:
+    shown = ", ".join(map(str, labels[:LEGEND_LABELS])) or "none"
+    return shown if len(labels) <= LEGEND_LABELS else f"{shown}, ... ({len(labels)} in all)"
+
+
+def _area(cells: int, resolution: float | None) -> str:
+    """Write an area in whole cells, or in square metres to about four digits, never as a power of ten."""
+    if resolution is None:
+        return f"{cells:,} cells"
+    area = cells * resolution**2
+    return f"{area:,.0f} square metres" if area >= 1000 else f"{area:.4g} square metres"
 
 
 def _cropped(cells: NDArray[np.int8]) -> OccupancyGrid:

@@ -13,7 +13,7 @@ import yaml
 from rectmerge.bagfile import bag_files, is_bag, read_bag_map
 from rectmerge.dialects import UNKNOWN_GREY, WHITE, Dialect, Legend, grey_levels, occupancy_table, read_cells
 from rectmerge.errors import InputError, MapFileError
-from rectmerge.grid import FREE, UNKNOWN, OccupancyGrid, unusable
+from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, unusable
 from rectmerge.imagefile import OPAQUE, WRITABLE, Pixels, encode_image, read_pixels, replace_files
 from rectmerge.levels import Levels, infer_levels
 from rectmerge.mapheader import read_header
@@ -156,6 +156,11 @@ def write_map(
     except InputError as error:
         raise MapFileError(f"{path}: {error}") from None
     replace_files({image: pixels, target: header})
+
+
+def has_shades(grid: OccupancyGrid) -> bool:
+    """Whether a map holds occupancies between free and occupied, which mode trinary cannot keep."""
+    return bool(((grid.occupancy > FREE) & (grid.occupancy < OCCUPIED)).any())
 
 
 def encode_map(grid: OccupancyGrid, image_name: str, legend: Legend = MAP_SAVERS) -> tuple[bytes, bytes]:

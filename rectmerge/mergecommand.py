@@ -30,7 +30,7 @@ RuleName = Annotated[
     typer.Option(
         "--rule",
         metavar="RULE",
-        help=f"What wins where maps differ: {RULE_NAMES}.",
+        help=f"What wins where maps differ: {RULE_NAMES}. Shades are kept, by mode raw.",
         autocompletion=RULE_NAMES.replace(" or", ",").split(", ").copy,
     ),
 ]
@@ -91,6 +91,7 @@ def merge(
     from rectmerge.answertext import describe
     from rectmerge.composition import parse_resolution
     from rectmerge.inputs import told_inputs
+    from rectmerge.mapfile import has_shades
     from rectmerge.mapoptions import files_of, name_maps, read_maps
     from rectmerge.methodoptions import choose_method, parse_scale
     from rectmerge.placing import Placing, parse_guess, parse_pixels
@@ -118,7 +119,8 @@ def merge(
     if certificate is not None:
         told["certificate"] = certificate.as_dict()
     files = folder.write(told, pictures, merged)
-    typer.echo(to_json(told) if json else describe(found, files, certificate))
+    is_shaded = merged is not None and has_shades(merged)
+    typer.echo(to_json(told) if json else describe(found, files, certificate, is_shaded=is_shaded))
     raise typer.Exit(console.STATUS[found.verdict])
 
 

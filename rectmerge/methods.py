@@ -25,6 +25,7 @@ DEFAULT_METHOD = "robust"
 FREE_SCALE = (0.5, 2.0)
 MOST_SCALE = 10_000.0  # cells of one map per cell of the other: beyond, all of one lies in a cell of the other
 COARSE_CELLS = 1e11
+BY_HAND = 10.0  # a placement by hand may lie beyond the bounds of the scale by this factor; more is a slip
 FARTHEST_CELLS = 1e9  # that a guess or a placement by hand may lie away
 EXPECTED_WITHIN = 1.1  # resolutions are trusted to this factor either way first: the same where maps change places
 Scale = Literal["auto", "free"] | tuple[float, float] | float
@@ -160,7 +161,8 @@ def check(
     pixels
         The placement, from B's pixels to A's.
     method, scale, seed
-        As in `align`: what the other placements are found by. The placement itself may lie outside the scale's bounds.
+        As in `align`: what the other placements are found by. The placement itself may lie outside the scale's bounds,
+        but not by a factor of ten.
 
     Returns
     -------
@@ -176,6 +178,12 @@ def check(
 
     if not (1 / MOST_SCALE <= pixels.scale <= MOST_SCALE and max(abs(pixels.tx), abs(pixels.ty)) <= FARTHEST_CELLS):
         raise InputError(f"a placement has a scale of 1/{MOST_SCALE:g} to {MOST_SCALE:g} and lies near A, got {pixels}")
+    lo, hi = _search_bounds(scale, _expected_scale(a, b))[0]
+    if not lo / BY_HAND <= pixels.scale <= hi * BY_HAND:
+        told = (
+            f"the placement has a scale of {pixels.scale:g} cells of A per cell of B, far beyond {lo:.4g} to {hi:.4g}"
+        )
+        raise InputError(f"{told}: correct it, or tell the scale (--scale LO:HI) if it is meant")
     solver = make_method(method) if isinstance(method, str) else method
     return _answer(_hinted(solver, ByHand(pixels)), a, b, scale, seed)
 
@@ -187,7 +195,7 @@ def _hinted(solver: Method, hint: Hint) -> Method:
 
 
 def _answer(solver: Method, a: OccupancyGrid, b: OccupancyGrid, scale: Scale, seed: int) -> Alignment:
-    expected = None if a.resolution is None or b.resolution is None else b.resolution / a.resolution
+    expected = _expected_scale(a, b)
     started = time.perf_counter()
     for name, grid in (("A", a), ("B", b)):
         _require_near(name, grid)
@@ -207,6 +215,10 @@ def _answer(solver: Method, a: OccupancyGrid, b: OccupancyGrid, scale: Scale, se
         scale=ScaleReport(found=best, expected=expected, source=source),
         seconds=time.perf_counter() - started,
     )
+
+
+def _expected_scale(a: OccupancyGrid, b: OccupancyGrid) -> float | None:
+    return None if a.resolution is None or b.resolution is None else b.resolution / a.resolution
 
 
 def _require_near(name: str, grid: OccupancyGrid) -> None:

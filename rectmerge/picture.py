@@ -68,6 +68,7 @@ def draw_series(
     rectangles: Sequence[Rectangle],
     series: Mapping[str, Sequence[int]],
     *,
+    numbered: int | None = None,
     side_px: int = SIDE_PX,
 ) -> Picture:
     """Draw series of largest neighbours (figure 4, table I), one colour per direction.
@@ -80,6 +81,8 @@ def draw_series(
         Its rectangles in order.
     series
         By direction, the indices of the rectangles from the starting one outwards, from 0.
+    numbered
+        How many of each series bear their number; None for all. Far out they are often too small for numbers.
     """
     image, zoom = draw_map(grid, side_px=side_px), zoom_for(grid.shape, side_px)
     for color, indices in zip(SERIES, series.values(), strict=False):
@@ -87,7 +90,7 @@ def draw_series(
             cv2.rectangle(image, *_corners(rectangles[i], zoom), color, 2)
         path = np.array([_centre(rectangles[i], zoom) for i in indices], np.int32).reshape(-1, 1, 2)
         cv2.polylines(image, [path], isClosed=False, color=color, thickness=2, lineType=cv2.LINE_AA)
-    for index in {i: None for indices in series.values() for i in indices}:
+    for index in {i: None for indices in series.values() for i in indices[:numbered]}:
         _write_in(image, rectangles[index], str(index + 1), zoom)
     return with_legend(image, dict(zip(series, SERIES, strict=False)))
 

@@ -19,6 +19,7 @@ from rectmerge.similarity import Similarity
 from rectmerge.transform import Answer
 
 SAMPLED_CELLS = 2000
+REACH, LEAST_REACH_CELLS = 0.1, 5.0  # what a hand misses: a share of the RMS radius of B's free space, and at least
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,6 +122,13 @@ def moved_cells(b: OccupancyGrid, told: Similarity, exact: Similarity) -> float:
     """RMS distance, in A's cells, between where two placements put B's free space."""
     cells = cells_of(b.free, SAMPLED_CELLS)[:, ::-1]
     return float(np.sqrt(((told.apply(cells) - exact.apply(cells)) ** 2).sum(axis=1).mean()))
+
+
+def reach_cells(b: OccupancyGrid, exact: Similarity) -> float:
+    """How far, in A's cells, a placement by hand may be moved and still be the same, made exact."""
+    cells = cells_of(b.free, SAMPLED_CELLS)
+    radius = float(np.sqrt(((cells - cells.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    return max(LEAST_REACH_CELLS, REACH * radius * exact.scale)
 
 
 def _numbers(text: str, counts: Sequence[int], what: str) -> list[float]:

@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.dialects import Legend
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.imagefile import encode_image, real, replace_files
-from rectmerge.mapfile import encode_map
+from rectmerge.mapfile import MAP_SAVERS, encode_map, has_shades
 
 OWN = re.compile(r"alignment\.json|view\.html|overlay(_\d+)?\.png|conflict\.png|merged\.(yaml|pgm)")
+RAW = Legend(mode="raw")  # nav2 and ROS 1 read it alike and exactly; mode scale they grade differently
 INNERMOST_LIST = re.compile(r"\[\n[-+.\w\s,]*\n\s*\]")  # of numbers: shown on one line
 
 
@@ -78,7 +80,8 @@ class ResultFolder:
         """
         files = {name: encode_image(picture, ".png") for name, picture in pictures.items()}
         if merged is not None:
-            files["merged.pgm"], files["merged.yaml"] = encode_map(merged, "merged.pgm")
+            legend = RAW if has_shades(merged) else MAP_SAVERS
+            files["merged.pgm"], files["merged.yaml"] = encode_map(merged, "merged.pgm", legend)
         files["alignment.json"] = (to_json(alignment) + "\n").encode()
         try:
             self.path.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""How kernels are compiled: once per machine, cached beside the source or in the user's cache, else in memory."""
+"""How kernels are compiled: each once per machine, cached beside the source or in the user's cache, else in memory."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class _Notice(event.Listener):
         self.given = True
         cached = what.data["dispatcher"].stats.cache_path is not None
         often = (
-            "once on this machine"
+            "once on this machine for each part of the program"
             if cached
             else "at every start: no cache can be written, NUMBA_CACHE_DIR may name a place"
         )

@@ -2,6 +2,7 @@ import json
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,12 @@ from PIL import Image
 
 from rectmerge import cli, console, methods, overlay, picture
 from rectmerge.alignment import Alignment, Candidate
-from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
+from rectmerge.answertext import describe
+from rectmerge.composition import compose
+from rectmerge.dialects import Legend
+from rectmerge.grid import OccupancyGrid, map_frame_to_pixels, pixels_to_map_frame
 from rectmerge.mapfile import read_map, write_map
+from rectmerge.mapheader import read_header
 from rectmerge.similarity import Similarity
 from tests import drawing
 
@@ -92,6 +97,32 @@ def test_another_answer_writes_an_overlay_per_candidate_and_no_map(tmp_path, ans
     assert f"{verdict}: told so" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(("count", "listed"), [(2, 2), (7, 5)])
+def test_another_answer_lists_its_candidates_and_says_how_to_take_one(tmp_path, answer, capsys, count, listed):
+    answer("ambiguous", candidates=count)
+
+    rectmerge("merge", A, B, "-o", tmp_path / "out")
+
+    _, _, heads, *rows = capsys.readouterr().out.splitlines()
+    assert heads.split() == ["candidate", "confidence", "rotation", "scale", "overlap", "conflict", "picture"]
+    for number, row in enumerate(rows[:listed], start=1):
+        assert len(row) == len(heads)
+        assert row.split()[:6] == [str(number), "0.97", "-28.65", "deg", "1.2000", "99%"]
+        assert row.endswith(f" overlay_{number}.png")
+    assert "1.2000 cells of A per cell of B by the resolutions" in rows[listed]
+    assert "--candidate K --force" in rows[listed + 1]
+
+
+@pytest.mark.parametrize(("conflict", "is_told"), [(0.28, True), (0.05, False)])
+def test_a_yes_with_much_conflict_asks_for_a_look_at_the_pictures(conflict, is_told):
+    maps = read_map(A), read_map(B)
+    placed = replace(Candidate.from_pixels(drawing.B_IN_A, *maps, confidence=1.0), conflict=conflict)
+    yes = Alignment(verdict="accepted", reason="told so", method="m", candidates=(placed,), confidence=1.0)
+
+    assert ("walls stand double" in describe(yes, [Path("out/overlay.png")])) == is_told
+    assert "overlay.png" not in describe(yes)  # nothing was drawn
+
+
 def test_the_pictures_bear_the_verdict(tmp_path, answer, monkeypatch):
     titles = []
     draw = overlay.draw_overlay
@@ -115,6 +146,32 @@ def test_the_merged_map_has_the_cells_that_were_asked_for(tmp_path, answer, cell
     assert rectmerge("merge", A, B, "-o", tmp_path / "out", "--output-resolution", cells, "--rule", "newest") == 0
 
     assert read_map(tmp_path / "out" / "merged.yaml").resolution == pytest.approx(size)
+
+
+@pytest.mark.parametrize(("rule", "shade"), [("log-odds", 82), ("evidence", 50)])
+def test_the_shades_of_a_rule_are_read_back_as_they_were_made(tmp_path, answer, capsys, rule, shade):
+    answer("accepted")
+
+    assert rectmerge("merge", A, B, "-o", tmp_path / "out", "--rule", rule) == 0
+
+    a, b = read_map(A), read_map(B)
+    made = compose([a, b], [None, pixels_to_map_frame(drawing.B_IN_A, a, b)], rule=rule).grid.occupancy
+    for dialect in ("nav2", "nav2-2024", "ros1"):
+        assert np.array_equal(read_map(tmp_path / "out" / "merged.yaml", dialect=dialect).occupancy, made)
+    assert (made == shade).any()
+    assert names(tmp_path / "out") == YES_FILES
+    assert "mode raw" in capsys.readouterr().out
+
+
+def test_a_map_without_shades_is_written_as_map_saver_does(tmp_path, answer, capsys):
+    answer("accepted")
+
+    assert rectmerge("merge", A, B, "-o", tmp_path / "out") == 0
+
+    assert read_header(tmp_path / "out" / "merged.yaml").legend == Legend()
+    with Image.open(tmp_path / "out" / "merged.pgm") as image:
+        assert {grey for _, grey in image.getcolors()} == {0, 205, 254}
+    assert "mode raw" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("cells", ["c", "0", "-1", "nan"])

@@ -133,6 +133,10 @@ def test_map_savers_greys_are_written_where_they_mean_that():
     assert grey_levels(Legend(free_thresh=0.25))[-1] != 205
 
 
+def test_unknown_is_255_in_mode_raw_which_ros1_copies_into_signed_bytes():
+    assert grey_levels(Legend(mode="raw"))[[0, 50, 100, -1]].tolist() == [0, 50, 100, 255]
+
+
 def test_thresholds_without_a_grey_between_them_are_refused():
     with pytest.raises(InputError, match="no grey level means unknown"):
         grey_levels(Legend(free_thresh=0.5, occupied_thresh=0.5001))

@@ -116,6 +116,26 @@ def test_a_check_of_a_wrong_placement_ends_with_status_1_and_writes_json(capsys)
     assert answer["moved_cells"] >= 0
 
 
+def test_a_check_that_finds_nothing_near_calls_nothing_exact_and_says_what_is_better(capsys, found):
+    assert run("check", A, B, "--pixels", "1,0,-20,5") == console.NO
+
+    out = capsys.readouterr().out
+    assert "made exact" not in out
+    assert "to merge" not in out
+    assert "not exact   nothing fits near there" in out
+    (better,) = [line for line in out.splitlines() if line.startswith("  better")]
+    assert np.allclose(parse_pixels(better.partition("--pixels=")[2]).matrix, found.pixels.matrix, atol=0.5)
+
+
+def test_a_check_of_a_rough_placement_that_fits_says_that_it_was_moved(capsys):
+    assert run("check", A, B, "--pixels", "1.0,0.7,75,14") == console.YES
+
+    out = capsys.readouterr().out
+    assert "made exact" not in out
+    assert "cells of A, to where the walls agree" in out
+    assert "better" not in out
+
+
 BAD = {
     "three numbers": (["--pixels", "1,2,3"], "'1,2,3' is not a,b,tx,ty"),
     "words": (["--guess", "left,up,0"], "is not x,y,yaw"),
@@ -124,6 +144,10 @@ BAD = {
     "a chosen hand": (["--candidate", "1", "--pixels", "1,0,0,0"], "--pixels and --candidate exclude each other"),
     "mirrored": (["--pixels", "1,0,0,0,-1,0"], "not a rotation with uniform scale"),
     "nothing": (["--pixels", "0,0,5,5"], "scale must be > 0"),
+    "a slip in the scale": (
+        ["--pixels", "5000,0,70,20"],
+        "has a scale of 5000 cells of A per cell of B, far beyond 1.08",
+    ),
     "no candidate": (["--candidate", "99"], "there is no candidate 99"),
     "no answer": (["--from", "nowhere"], "nowhere"),
     "no resolution": (["--resolution-a", "-1"], "-1"),
