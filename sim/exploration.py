@@ -197,16 +197,16 @@ class Tour:
         self.is_done |= not self.stops and self.home is None
 
     def put_off(self) -> None:
-        """Try the current stop again after all others; the second time leave it out."""
+        """Try the current stop again after all others, which may be none; the second time leave it out."""
         if not self.stops:
             return
         stop = self.stops.pop(0)
         key = str(stop)
-        if self.stops and key not in self._put_off:
+        if key not in self._put_off:
             self._put_off.add(key)
             self.stops.append(stop)
         else:
-            self.note = f"could not get to {stop[0]}"
+            self.note = "; ".join(filter(None, (self.note, f"could not get to {stop[0]}")))
         self.is_done = not self.stops and self.home is None
 
     def finish(self) -> None:
