@@ -184,10 +184,6 @@ class Tour:
         target = self.stops[0][1] if self.stops else self.home
         return None if target is None else self.ways.path(position, target, blocked)
 
-    def way_home_m(self, position: NDArray[np.float64]) -> float:
-        """Return the cost of the way home, 0 for a robot that does not return."""
-        return 0.0 if self.home is None else self.ways.cost_m(position, self.home)
-
     def arrive(self) -> None:
         """Take note of the stop and turn to the next."""
         if self.stops:
