@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
@@ -15,6 +15,7 @@ turns, factors = st.floats(-180, 180), st.floats(*FACTORS)
 
 
 @given(turns, factors, st.integers(0, 99))
+@example(30.0, 1.5, 0)
 def test_every_pixel_of_the_new_image_is_the_old_one_that_the_similarity_names(turn_deg, factor, seed):
     old = np.random.default_rng(seed).choice(np.array([0, 100], np.int8), (17, 23))
 
@@ -22,6 +23,8 @@ def test_every_pixel_of_the_new_image_is_the_old_one_that_the_similarity_names(t
 
     for v, u in np.argwhere(~grid.unknown)[::13]:
         at = pixels.inverse().apply([u, v])
+        if np.abs(at % 1 - 0.5).min() < 1e-9:
+            continue  # as near to one cell as to the next
         col, row = np.floor(at + 0.5).astype(int)
         assert grid.occupancy[v, u] == old[row, col]
     assert math.isclose(pixels.scale, factor)
