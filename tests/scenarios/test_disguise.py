@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from scenarios.disguise import FACTORS, DisguisedSource, disguise, resample
+from scenarios.disguise import FACTORS, DisguisedSource, disguise, redraw
 from scenarios.truth import control_point_rmse
 from tests.scenarios.made import Source, pair
 
@@ -19,7 +19,7 @@ turns, factors = st.floats(-180, 180), st.floats(*FACTORS)
 def test_every_pixel_of_the_new_image_is_the_old_one_that_the_similarity_names(turn_deg, factor, seed):
     old = np.random.default_rng(seed).choice(np.array([0, 100], np.int8), (17, 23))
 
-    grid, pixels = resample(OccupancyGrid(old), turn_deg, factor)
+    grid, pixels = redraw(OccupancyGrid(old), turn_deg, factor)
 
     for v, u in np.argwhere(~grid.unknown)[::13]:
         at = pixels.inverse().apply([u, v])
@@ -36,14 +36,14 @@ def test_every_pixel_of_the_new_image_is_the_old_one_that_the_similarity_names(t
 def test_a_quarter_turn_at_the_same_size_is_exact():
     old = np.random.default_rng(0).choice(np.array([-1, 0, 100], np.int8), (5, 8))
 
-    grid, _ = resample(OccupancyGrid(old, 0.1), 90.0, 1.0)
+    grid, _ = redraw(OccupancyGrid(old, 0.1), 90.0, 1.0)
 
     assert np.array_equal(grid.occupancy, np.rot90(old))
     assert grid.resolution == 0.1
 
 
 def test_larger_images_have_smaller_cells():
-    assert resample(OccupancyGrid(np.zeros((4, 4), np.int8), 0.1), 0.0, 2.0)[0].resolution == 0.05
+    assert redraw(OccupancyGrid(np.zeros((4, 4), np.int8), 0.1), 0.0, 2.0)[0].resolution == 0.05
 
 
 @given(turns, factors)
@@ -74,4 +74,4 @@ def test_a_source_disguises_each_pair_its_own_way_the_same_every_time():
 
 def test_a_factor_that_is_not_positive_is_refused():
     with pytest.raises(InputError, match="factor"):
-        resample(OccupancyGrid(np.zeros((4, 4), np.int8)), 0.0, 0.0)
+        redraw(OccupancyGrid(np.zeros((4, 4), np.int8)), 0.0, 0.0)
