@@ -45,6 +45,10 @@ class DisguisedSource:
         """The other source's, marked."""
         return tuple(f"{pair_id}-{self.mark}" for pair_id in self.source.pair_ids)
 
+    def is_related(self, pair_id: str) -> bool:
+        """Say what the other source says of the pair."""
+        return self.source.is_related(pair_id.removesuffix(f"-{self.mark}"))
+
     def pairs(self) -> Iterator[MapPair]:
         """Make the other source's pairs and disguise their maps B."""
         rng = np.random.default_rng(self.seed)

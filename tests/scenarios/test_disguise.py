@@ -66,7 +66,7 @@ def test_a_source_disguises_each_pair_its_own_way_the_same_every_time():
     assert tuple(one.pair_id for one in first) == source.pair_ids == ("m0-related-turn1", "m0-unrelated-turn1")
     assert all(np.array_equal(a.b.occupancy, b.b.occupancy) for a, b in zip(first, second, strict=True))
     assert first[0].info["disguise"] != first[1].info["disguise"]
-    assert not first[1].related
+    assert [source.is_related(one.pair_id) for one in first] == [one.related for one in first] == [True, False]
     assert first[1].pixels is None
     other = next(DisguisedSource(source=Source(), seed=(3, 2), mark="turn2").pairs())
     assert other.info["disguise"] != first[0].info["disguise"]
