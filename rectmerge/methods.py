@@ -82,8 +82,7 @@ def make_method(name: str, **fields: object) -> Method:
         cls = points[name].load()
     except (ImportError, AttributeError) as error:
         raise MethodError(f"method {name!r} cannot be loaded from {points[name].value}: {error}") from error
-    is_fit = dataclasses.is_dataclass(cls)
-    if not is_fit:
+    if not (isinstance(cls, type) and dataclasses.is_dataclass(cls)):
         raise MethodError(f"method {name!r}: {points[name].value} is no dataclass; a method is a frozen one")
     known = {f.name: f for f in dataclasses.fields(cls) if f.init}
     for key in fields:

@@ -54,6 +54,10 @@ class CutSource:
         """The one pair."""
         return (self.source_id,)
 
+    def is_related(self, pair_id: str) -> bool:
+        """Say yes: both parts are of one log."""
+        return True
+
     def pairs(self) -> Iterator[MapPair]:
         """Map both parts, and find what they have in common.
 

@@ -26,7 +26,7 @@ class RowSource:
         Where the row's line begins in ``metadata.jsonl``, bytes.
     suite
         The data set's name, for rows that tell no suite.
-    pair_id
+    pair_id, related
         The row's.
     """
 
@@ -34,6 +34,7 @@ class RowSource:
     start: int
     suite: str
     pair_id: str
+    related: bool
 
     @property
     def source_id(self) -> str:
@@ -45,10 +46,9 @@ class RowSource:
         """The one pair of the row."""
         return (self.pair_id,)
 
-    @property
-    def related(self) -> bool:
-        """Whether the maps show the same place."""
-        return self.row().related
+    def is_related(self, pair_id: str) -> bool:
+        """Say what the row said when the data set was opened: it may be what cannot be read any more."""
+        return self.related
 
     @property
     def info(self) -> Mapping[str, Any]:
@@ -111,10 +111,12 @@ def open_dataset(path: str | Path, *, split: str | None = None) -> list[PairSour
     sources: dict[str, PairSource] = {}
     for folder in folders:
         for line in metadata_lines(folder):
-            pair_id = checked_row(parsed_row(line), folder, suite, line.place).pair_id
-            if pair_id in sources:
-                raise DatasetError(f"{line.place}: pair_id {pair_id!r} is used twice")
-            sources[pair_id] = RowSource(folder=folder, start=line.start, suite=suite, pair_id=pair_id)
+            row = checked_row(parsed_row(line), folder, suite, line.place)
+            if row.pair_id in sources:
+                raise DatasetError(f"{line.place}: pair_id {row.pair_id!r} is used twice")
+            sources[row.pair_id] = RowSource(
+                folder=folder, start=line.start, suite=suite, pair_id=row.pair_id, related=row.related
+            )
     if not sources:
         raise DatasetError(f"{root}: the data set has no rows")
     return list(sources.values())

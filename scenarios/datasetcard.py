@@ -9,8 +9,8 @@ from typing import Any
 
 from rectmerge.picture import beside
 from scenarios.contactsheet import paletted_png, strip
-from scenarios.dataset import RowSource, split_folders
-from scenarios.metadata import metadata_lines
+from scenarios.dataset import split_folders
+from scenarios.metadata import checked_row, line_at, metadata_lines, parsed_row
 from scenarios.pairs import MapPair
 
 CARD, PICTURE = "README.md", "pairs.png"
@@ -130,9 +130,8 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
 def picture(dataset: Path) -> bytes:
     """Draw some pairs of a data set, evenly chosen, as a PNG: A, B, and B on A by the truth."""
     places = [(folder, line.start) for folder in split_folders(dataset) for line in metadata_lines(folder)]
-    chosen = places[:: -(-len(places) // PAIRS)]
-    rows = [RowSource(folder=folder, start=start, suite="", pair_id="").row() for folder, start in chosen]
-    pairs = [row.pair() for row in rows]
+    chosen = [(folder, line_at(folder, start)) for folder, start in places[:: -(-len(places) // PAIRS)]]
+    pairs = [checked_row(parsed_row(line), folder, "", line.place).pair() for folder, line in chosen]
     return paletted_png(beside([strip(pair) for pair in pairs], [_caption(pair) for pair in pairs], columns=COLUMNS))
 
 

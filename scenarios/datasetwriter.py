@@ -145,6 +145,7 @@ class DataSetWriter:
         """Go on where an earlier call was interrupted, or start anew."""
         for part in (path for folder in FOLDERS for path in self.folder.glob(f"{folder}.*.part")):
             part.unlink()
+        self._journal.mend()
         entries = (entry for _, entry in self._journal.entries())
         head = next(entries, None)
         if head is not None and not force:

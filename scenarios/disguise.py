@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rectmerge.errors import InputError
-from rectmerge.grid import UNKNOWN, OccupancyGrid
+from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
+from scenarios.corruption.geometry import onto_canvas, taken
 from scenarios.pairs import MapPair, PairSource
 
 FACTORS = (0.6, 1.6)  # pixels of the new image per pixel of the old one
@@ -45,6 +45,10 @@ class DisguisedSource:
         """The other source's, marked."""
         return tuple(f"{pair_id}-{self.mark}" for pair_id in self.source.pair_ids)
 
+    def is_related(self, pair_id: str) -> bool:
+        """Say what the other source says of the pair."""
+        return self.source.is_related(pair_id.removesuffix(f"-{self.mark}"))
+
     def pairs(self) -> Iterator[MapPair]:
         """Make the other source's pairs and disguise their maps B."""
         rng = np.random.default_rng(self.seed)
@@ -66,7 +70,7 @@ def disguise(pair: MapPair, turn_deg: float, factor: float) -> MapPair:
     factor
         Pixels of the new image per pixel of the old one, > 0.
     """
-    b, new = resample(pair.b, turn_deg, factor)
+    b, new = redraw(pair.b, turn_deg, factor)
     pixels, points = pair.pixels, pair.control_points
     info = {key: value for key, value in pair.info.items() if key != "origin_b"}  # it lies elsewhere now
     if info.get("resolution_b") is not None:
@@ -80,12 +84,12 @@ def disguise(pair: MapPair, turn_deg: float, factor: float) -> MapPair:
     )
 
 
-def resample(grid: OccupancyGrid, turn_deg: float, factor: float) -> tuple[OccupancyGrid, Similarity]:
+def redraw(grid: OccupancyGrid, turn_deg: float, factor: float) -> tuple[OccupancyGrid, Similarity]:
     """Draw a map turned about its centre and with other cells, by nearest neighbour, on a canvas that holds all of it.
 
     Returns
     -------
-    resampled, pixels
+    redrawn, pixels
         The new map, its map frame at its own lower-left corner, and the similarity from the pixels of the old image
         to those of the new one: exactly the index map that was used.
 
@@ -94,23 +98,8 @@ def resample(grid: OccupancyGrid, turn_deg: float, factor: float) -> tuple[Occup
     InputError
         If `factor` is not positive.
     """
-    if not factor > 0:
-        raise InputError(f"factor must be > 0, got {factor}")
-    height, width = grid.shape
-    about = Similarity(factor, -math.radians(turn_deg))  # pixels have v down
-    cos, sin = abs(math.cos(about.angle)), abs(math.sin(about.angle))
-    shape = (  # (H, W)
-        math.ceil(factor * (width * sin + height * cos) - 1e-6),
-        math.ceil(factor * (width * cos + height * sin) - 1e-6),
-    )
-    middle = about.apply([(width - 1) / 2, (height - 1) / 2])
-    pixels = Similarity(
-        factor, about.angle, float((shape[1] - 1) / 2 - middle[0]), float((shape[0] - 1) / 2 - middle[1])
-    )
-    u, v = np.arange(shape[1]), np.arange(shape[0])[:, None]
-    back = pixels.inverse().matrix
-    old_u, old_v = (np.floor(m[0] * u + m[1] * v + m[2] + 0.5).astype(np.intp) for m in back)  # (H, W)
-    inside = (old_u >= 0) & (old_v >= 0) & (old_u < width) & (old_v < height)
-    cells = np.full(shape, UNKNOWN, np.int8)
-    cells[inside] = grid.occupancy[old_v[inside], old_u[inside]]
-    return OccupancyGrid(cells, grid.resolution and grid.resolution / factor), pixels
+    pixels, (width, height) = onto_canvas(grid.shape, turn_deg, factor)
+    u, v = np.arange(width), np.arange(height)[:, None]
+    # not by `apply`: midway between two cells the last digit decides, and seeded pairs must stay what they are
+    old = np.stack([m[0] * u + m[1] * v + m[2] for m in pixels.inverse().matrix], axis=-1)  # (H, W, 2)
+    return OccupancyGrid(taken(grid, old), grid.resolution and grid.resolution / factor), pixels

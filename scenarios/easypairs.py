@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.overlap import measure_agreement
 from rectmerge.similarity import Similarity
-from scenarios.disguise import resample
+from scenarios.disguise import redraw
 from scenarios.pairs import MapPair
 
 Window = tuple[int, int, int, int]  # x, y, w, h in cells of the plan
@@ -84,7 +84,7 @@ class View:
         """Draw the map; return it with the similarity that takes pixels of the plan to its own."""
         x, y, w, h = self.window
         part = OccupancyGrid(plan.occupancy[y : y + h, x : x + w])
-        drawn, turned = resample(part, self.turn_deg, self.factor)
+        drawn, turned = redraw(part, self.turn_deg, self.factor)
         if self.origin is not None:
             drawn = OccupancyGrid(drawn.occupancy, PLAN_CELL_M / self.factor, (*self.origin, 0.0))
         return drawn, turned @ Similarity(1.0, 0.0, -float(x), -float(y))

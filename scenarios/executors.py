@@ -194,8 +194,12 @@ def completed(
 
 
 def _done_here(fn: Callable[[Item], T], item: Item) -> Future[T]:
+    """Do one item as an executor does: what it raises is raised by its future, an interrupt at once."""
     done: Future[T] = Future()
-    done.set_result(fn(item))
+    try:
+        done.set_result(fn(item))
+    except Exception as error:  # noqa: BLE001 - whoever takes the future's result gets it raised
+        done.set_exception(error)
     return done
 
 

@@ -5,15 +5,21 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import json
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from rectmerge.errors import InputError
 
+BLOCK = 2**16  # bytes that are looked through at a time for the end of the last line
+
 
 class Journal:
-    """Lines that survive the end of the process that wrote them; a line that it tore is dropped when it is opened.
+    """Lines that survive the end of the process that wrote them, which may have torn the last.
+
+    A torn line is no entry; `mend` drops it, before the first `append`. Opening changes nothing, for the file may yet
+    turn out to be somebody else's.
 
     Parameters
     ----------
@@ -36,27 +42,34 @@ class Journal:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             self._file.close()
-            raise InputError(f"{path.parent}: another process is writing it") from None
-        self._size = 0
-        for start, line in self._lines():
-            self._size = start + len(line)
-        self._file.truncate(self._size)
+            raise InputError(f"{path.parent}: another process is writing into it") from None
 
-    def append(self, line: dict[str, Any]) -> None:
-        """Add a line.
+    def mend(self) -> None:
+        """Drop what comes after the last line's end."""
+        end = self._file.seek(0, os.SEEK_END)
+        while end > 0:
+            start = max(0, end - BLOCK)
+            self._file.seek(start)
+            if (last := self._file.read(end - start).rfind(b"\n")) >= 0:
+                end = start + last + 1
+                break
+            end = start
+        self._file.truncate(end)
+
+    def append(self, *lines: dict[str, Any]) -> None:
+        """Add lines and hand them to the system.
 
         Raises
         ------
         InputError
-            If it cannot be written; what there is of it is dropped when the journal is opened again.
+            If they cannot be written; what there is of the last is dropped when the journal is mended.
         """
-        data = json.dumps(line, allow_nan=False).encode() + b"\n"
+        data = "".join(json.dumps(line, allow_nan=False) + "\n" for line in lines).encode()
         try:
             self._file.write(data)
             self._file.flush()
         except OSError as error:
             raise InputError(f"{self.path}: cannot be written: {error.strerror}") from None
-        self._size += len(data)
 
     def entries(self) -> Iterator[tuple[int, dict[str, Any]]]:
         """Read every line, with where it begins."""
@@ -72,7 +85,6 @@ class Journal:
     def clear(self) -> None:
         """Drop all lines."""
         self._file.truncate(0)
-        self._size = 0
 
     def close(self) -> None:
         """Leave the file to others."""

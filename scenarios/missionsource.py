@@ -51,6 +51,10 @@ class MissionSource:
         """One id per variant and noise level."""
         return tuple(self._pair_id(variant, noise) for variant, noise in self._ways())
 
+    def is_related(self, pair_id: str) -> bool:
+        """Say what the scenario asks for, of every pair alike."""
+        return self.scenario.kind not in UNRELATED
+
     def mission(self) -> MissionLog:
         """Make the building and run the mission; of unrelated maps, put A of one beside B of another."""
         if self.scenario.kind in UNRELATED:

@@ -71,6 +71,9 @@ class PairSource(Protocol):
     def pair_ids(self) -> tuple[str, ...]:
         """The ids of the pairs it yields, known before they are made."""
 
+    def is_related(self, pair_id: str) -> bool:
+        """Say whether one of these pairs is meant to be related: one that cannot be made counts among such pairs."""
+
     def pairs(self) -> Iterator[MapPair]:
         """Make or read the pairs."""
 

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import tomllib
 from array import array
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.resultfolder import plain
+from scenarios.journal import Journal
 from scenarios.rows import Row
 
 RECORD, MACHINE, RESULTS, SUMMARY = "run.toml", "machine.json", "results.jsonl", "summary.json"
@@ -27,16 +26,14 @@ class Results:
 
     Parameters
     ----------
-    folder
-        The run's folder.
-    file
-        ``results.jsonl``, locked: the lock ends with the process.
+    journal
+        ``results.jsonl`` in the run's folder.
     """
 
-    def __init__(self, folder: Path, file: BinaryIO) -> None:
-        self.folder = folder
-        self._file = file
-        self._done = _task_numbers(folder / RESULTS)
+    def __init__(self, journal: Journal) -> None:
+        self.folder = journal.path.parent
+        self._journal = journal
+        self._done = _task_numbers(journal.path)
 
     @property
     def count(self) -> int:
@@ -50,9 +47,14 @@ class Results:
         return place < len(self._done) and bool(self._done[place] == number)
 
     def add(self, rows: Iterable[Row]) -> None:
-        """Append rows as whole lines and hand them to the system."""
-        self._file.write("".join(json.dumps(plain(row), allow_nan=False) + "\n" for row in rows).encode())
-        self._file.flush()
+        """Append rows as whole lines and hand them to the system.
+
+        Raises
+        ------
+        InputError
+            If they cannot be written.
+        """
+        self._journal.append(*map(plain, rows))
 
 
 @contextmanager
@@ -79,19 +81,14 @@ def results_in(out: str | Path, record: str, *, force: bool) -> Iterator[Results
         raise InputError(f"{folder}: is a file; results go into a folder")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        file = (folder / RESULTS).open("ab")
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror}") from error
-    with file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise InputError(f"{folder}: another run is writing into it") from None
+    with closing(Journal(folder / RESULTS)) as journal:
         if force:
-            _clear(folder, file)
+            _clear(folder, journal)
         _check_same(folder, record)
-        _drop_torn_line(folder / RESULTS, file)
-        yield Results(folder, file)
+        journal.mend()
+        yield Results(journal)
 
 
 def rows_in(path: Path) -> Iterator[Row]:
@@ -113,11 +110,11 @@ def rows_in(path: Path) -> Iterator[Row]:
             yield row
 
 
-def _clear(folder: Path, file: BinaryIO) -> None:
+def _clear(folder: Path, journal: Journal) -> None:
     """Clear a run's files, the rows last: what is left of an interrupted clearing is still refused."""
     for name in (SUMMARY, MACHINE, RECORD):
         (folder / name).unlink(missing_ok=True)
-    file.truncate(0)
+    journal.clear()
 
 
 def _check_same(folder: Path, record: str) -> None:
@@ -131,21 +128,6 @@ def _check_same(folder: Path, record: str) -> None:
     if before.get("run_id") != (now := tomllib.loads(record))["run_id"]:
         differs = next((key for key in TOLD_APART_BY if before.get(key) != now[key]), "content of the pairs")
         raise InputError(f"{folder}: holds a run of something else (another {differs}); --force clears it")
-
-
-def _drop_torn_line(path: Path, file: BinaryIO) -> None:
-    """Cut off what comes after the last line's end."""
-    with path.open("rb") as written:
-        end = written.seek(0, 2)
-        whole = 0
-        while end > 0:
-            start = max(0, end - 2**16)
-            written.seek(start)
-            if (last := written.read(end - start).rfind(b"\n")) >= 0:
-                whole = start + last + 1
-                break
-            end = start
-    file.truncate(whole)
 
 
 def _task_numbers(path: Path) -> NDArray[np.uint64]:

@@ -103,14 +103,6 @@ def clustered_rate(hits: Sequence[bool], places: Sequence[str], *, seed: int = 0
     return rate_of_places(*_by_place(np.asarray(hits, dtype=np.float64), places), seed=seed)
 
 
-def mean_of_places(hits: Sequence[bool], places: Sequence[str]) -> float | None:
-    """Return the mean over places of each place's rate; None of an empty sample."""
-    if not hits:
-        return None
-    sums, counts = _by_place(np.asarray(hits, dtype=np.float64), places)
-    return float((sums / counts).mean())
-
-
 def clustered_difference(
     now: Sequence[float], before: Sequence[float], places: Sequence[str], *, seed: int = 0
 ) -> tuple[float, float, float]:
@@ -150,6 +142,17 @@ def rate_of_places(sums: NDArray[np.float64], counts: NDArray[np.float64], *, se
     if np.ptp(sums / counts) == 0:
         return Rate(k, n, *wilson_interval(k / n, len(sums)))
     return Rate(k, n, *_bootstrap(sums, counts, seed))
+
+
+def mean_of_places(sums: NDArray[np.float64], counts: NDArray[np.float64]) -> float:
+    """Return the mean of the places' rates, every place weighing the same; hits and rows of each, at least one.
+
+    Examples
+    --------
+    >>> mean_of_places(np.array([3.0, 0.0]), np.array([3.0, 1.0]))
+    0.5
+    """
+    return float((sums / counts).mean())
 
 
 def _bootstrap(sums: NDArray[np.float64], counts: NDArray[np.float64], seed: int) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from scenarios.score import RIGHT
-from scenarios.statistics import rate_of_places
+from scenarios.statistics import mean_of_places, rate_of_places
 
 STRATA = ("required", "identifiable", "unidentifiable", "optional", "unrelated", "bent")
 APART = ("identifiable", "unidentifiable", "bent")  # whose rows are in the other strata as well
@@ -90,7 +90,7 @@ class _Tally:
             "places": len(counts),
             "outcomes": _sorted(self._outcomes),
             "right_accepted": rate_of_places(rights, counts).as_dict(),
-            "right_accepted_mean_of_places": float((rights / counts).mean()),
+            "right_accepted_mean_of_places": mean_of_places(rights, counts),
             "wrong_accepted": rate_of_places(wrongs, counts).as_dict(),
             "best_candidate": _sorted(self._best),
             "median_e_px": _median(self._errors),

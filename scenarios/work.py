@@ -12,6 +12,7 @@ from scenarios.limits import MAKING, Limits
 from scenarios.packing import Package, lost, make_within
 from scenarios.pairs import MapPair, PairSource
 from scenarios.rows import Contender, Row, Task, answer_within, blank_row, row_of
+from scenarios.score import stratum_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,7 +77,7 @@ def do(work: Work) -> Done:
 
 
 def failed(work: Work, failure: Attempt[Any]) -> Done:
-    """Return what there is of a work none of whose pairs could be made: rows, as of pairs that had to be merged."""
+    """Return what there is of a work none of whose pairs could be made: rows, as of the pairs that were meant."""
     package = None if work.first is None else lost(work.source, failure).package
     return Done(rows=[_failed_row(work, task, failure) for task in work.tasks], package=package)
 
@@ -93,11 +94,14 @@ def _answers(work: Work, pair: MapPair) -> Iterator[Row]:
 
 
 def _failed_row(work: Work, task: Task, failure: Attempt[Any]) -> Row:
+    """Lay out a row without an answer, in the stratum that its pair was meant for."""
     pair_id, label = task
+    related = work.source.is_related(pair_id)
     return {
         **blank_row(pair_id, work.terms.suite, work.source.source_id, label),
         "task_id": work.tasks[task],
-        "stratum": "required",
+        "related": related,
+        "stratum": stratum_of(related, None),
         "outcome": failure.failure,
         "reason": f"the pair could not be made or scored: {failure.reason}",
         "log": failure.log,

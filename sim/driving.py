@@ -77,35 +77,6 @@ def standing_spot(field: DriveField, room: Room) -> NDArray[np.float64] | None:
     return spot
 
 
-def shortest_path(
-    field: DriveField, start: NDArray[np.float64], goal: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], float]:
-    """Find the cheapest way from start to goal; cells near obstacles cost more.
-
-    Parameters
-    ----------
-    field
-        Where driving is possible.
-    start, goal
-        Points (2,) in metres; a start outside the drivable part leaves it by the nearest drivable cell.
-
-    Returns
-    -------
-    path, cost
-        Waypoints, shape (N, 2), metres, about one per cell, and the cost in metres of comfortable driving.
-
-    Raises
-    ------
-    SimulationError
-        If there is no way.
-    """
-    costs = costs_from(field.prices(), goal)
-    path = way_down(costs, start)
-    if path is None:
-        raise SimulationError(f"no way from {np.round(start, 2).tolist()} to {np.round(goal, 2).tolist()}")
-    return path, cost_m(costs, start)
-
-
 def costs_from(prices: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the cost in cells between every cell and the drivable one nearest to a point; inf where there is no way.
 

@@ -184,10 +184,6 @@ class Tour:
         target = self.stops[0][1] if self.stops else self.home
         return None if target is None else self.ways.path(position, target, blocked)
 
-    def way_home_m(self, position: NDArray[np.float64]) -> float:
-        """Return the cost of the way home, 0 for a robot that does not return."""
-        return 0.0 if self.home is None else self.ways.cost_m(position, self.home)
-
     def arrive(self) -> None:
         """Take note of the stop and turn to the next."""
         if self.stops:
@@ -197,16 +193,16 @@ class Tour:
         self.is_done |= not self.stops and self.home is None
 
     def put_off(self) -> None:
-        """Try the current stop again after all others; the second time leave it out."""
+        """Try the current stop again after all others, which may be none; the second time leave it out."""
         if not self.stops:
             return
         stop = self.stops.pop(0)
         key = str(stop)
-        if self.stops and key not in self._put_off:
+        if key not in self._put_off:
             self._put_off.add(key)
             self.stops.append(stop)
         else:
-            self.note = f"could not get to {stop[0]}"
+            self.note = "; ".join(filter(None, (self.note, f"could not get to {stop[0]}")))
         self.is_done = not self.stops and self.home is None
 
     def finish(self) -> None:

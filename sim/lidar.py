@@ -229,13 +229,3 @@ def lidar_named(name: str) -> Lidar:
     if name not in LIDARS:
         raise InputError(f"no lidar {name!r}; there are: {', '.join(LIDARS)}")
     return LIDARS[name]
-
-
-def lidars() -> dict[str, str]:
-    """Return the profiles: their names and a line about each."""
-    return {name: _line(lidar) for name, lidar in LIDARS.items()}
-
-
-def _line(lidar: Lidar) -> str:
-    reach = f"{lidar.min_range_m:g}-{lidar.max_range_m:g} m"
-    return f"{lidar.beams} beams over {lidar.fov_deg:g} deg, {lidar.rate_hz:g} Hz, {reach}, at {lidar.height_m:g} m"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -98,11 +99,12 @@ class Icp:
             if len(np.unique(points, axis=0)) < 2:
                 return Alignment(verdict="rejected", reason=f"map {name} has no two wall cells", method=self.name)
         bounds = shrunk_bounds(scale, *shrunk)
-        few = _Walls.of(walls[0], self.points, rng), _Walls.of(walls[1], self.points, rng)
+        all_a, all_b = _Walls.of(walls[0]), _Walls.of(walls[1])
+        few = all_a.sample(self.points, rng), all_b.sample(self.points, rng)
         near = self.near_share * few[0].spread
         starts = self._iterate(self._starts(*few, bounds), *few, bounds, self._closest)
         best = np.argsort(-_score(starts, *few, near), kind="stable")[: self.finished]
-        many = _Walls.of(walls[0], 10 * self.points, rng), _Walls.of(walls[1], 10 * self.points, rng)
+        many = all_a.sample(10 * self.points, rng), all_b.sample(10 * self.points, rng)
         fits = self._iterate(starts[best], *many, bounds, lambda gaps: _within(gaps, self.reach_share * few[0].spread))
         placements = [
             Placement(between_given(_similarity(fit), *shrunk), float(score))
@@ -150,7 +152,7 @@ def _within(gaps: NDArray[np.float64], reach: float) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Walls:
-    """Walls as complex numbers u + i v: some of them, and of every cell around them the nearest of all.
+    """Walls as complex numbers u + i v: all or some of them, and of every cell around them the nearest of all.
 
     Parameters
     ----------
@@ -170,8 +172,8 @@ class _Walls:
     spread: float
 
     @classmethod
-    def of(cls, walls: NDArray[np.float64], most: int, rng: np.random.Generator) -> _Walls:
-        """Choose at most `most` of the walls (W, 2) and look up the nearest of all of them around."""
+    def of(cls, walls: NDArray[np.float64]) -> _Walls:
+        """Take all of the walls (W, 2) and look up the nearest of them around."""
         size = np.ptp(walls, axis=0).max()
         room = int(size // 4) + 2
         corner = walls.min(axis=0) - room
@@ -184,9 +186,12 @@ class _Walls:
         by_label = np.zeros(int(labels.max()) + 1, np.complex128)
         places = walls @ np.array([1, 1j])
         by_label[labels[v, u]] = places
-        chosen = rng.permutation(places)[:most]
         spread = float(np.sqrt(np.mean(np.abs(places - places.mean()) ** 2)))
-        return cls(chosen, by_label[labels], complex(*corner), spread)
+        return cls(places, by_label[labels], complex(*corner), spread)
+
+    def sample(self, most: int, rng: np.random.Generator) -> _Walls:
+        """Choose at most `most` of the walls; the nearest is still that of all."""
+        return dataclasses.replace(self, points=rng.permutation(self.points)[:most])
 
     def nearest(self, points: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return the wall nearest to each point; beyond the canvas, that of the canvas's nearest cell."""

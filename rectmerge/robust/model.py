@@ -16,8 +16,7 @@ from rectmerge.robust.weighing import Weights
 
 RIGID_TERMS = ("one", "met", "things_met", "things_off", "log_things_met", "missing", "log_overlap")
 RIGID = np.array([-4.28, 1.89, 6.44, -7.97, 1.00, -39.86, 2.74])
-BENT_TERMS = ("one", "root_iou", "support", "missing", "much_missing")
-BENT = np.array([-8.0, 11.3, 10.0, -15.0, -80.0])
+BENT = np.array([-8.0, 11.3, 10.0, -15.0, -80.0])  # of the columns of `bent_odds`
 FAT_CELLS, THIN = 2.8, 5.0  # maps whose walls are thinner than this are less likely bent: log-odds per log thickness
 LEAST_OVERLAP, FEWEST_MET, LARGEST_SUPPORT, MUCH_MISSING = 0.03, 20.0, 1.5, 0.1
 

@@ -11,6 +11,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rectmerge.errors import InputError
 from rectmerge.grid import UNKNOWN, OccupancyGrid
 from rectmerge.similarity import Similarity
 from scenarios.corruption.motions import Damaged, Kink, Points, Stretch, Waves
@@ -45,7 +46,7 @@ def bend(grid: OccupancyGrid, degrees: float, rng: np.random.Generator) -> Damag
     margin = math.ceil(float(np.hypot(*sideways.T).sum()))
     low, (height, width) = np.array([-margin, -margin]), grid.shape
     old = waves.undo(_centres((width + 2 * margin, height + 2 * margin), low))
-    return Damaged(_onto(grid, _taken(grid, old), low), (waves, _shift(-low)))
+    return Damaged(_onto(grid, taken(grid, old), low), (waves, _shift(-low)))
 
 
 def stretch(grid: OccupancyGrid, percent: float, rng: np.random.Generator) -> Damaged:
@@ -72,7 +73,7 @@ def stretch(grid: OccupancyGrid, percent: float, rng: np.random.Generator) -> Da
     margin = math.ceil(abs(percent) / 100 * math.hypot(*size) / 2)
     low = np.array([-margin, -margin])
     old = how.undo(_centres(size + 2 * margin, low))
-    return Damaged(_onto(grid, _taken(grid, old), low), (how, _shift(-low)))
+    return Damaged(_onto(grid, taken(grid, old), low), (how, _shift(-low)))
 
 
 def kink(grid: OccupancyGrid, degrees: float, rng: np.random.Generator) -> Damaged:
@@ -108,12 +109,12 @@ def kink(grid: OccupancyGrid, degrees: float, rng: np.random.Generator) -> Damag
     high = np.maximum(np.array(grid.shape[::-1]) - 1, np.ceil(went.max(axis=0))).astype(int)
     centres = _centres(high - low + 1, low)
     old = slip.turn.inverse().apply(centres)
-    stays = np.where(slip.is_beyond(centres), UNKNOWN, _taken(grid, centres))
-    turns = np.where(slip.is_beyond(old), _taken(grid, old), UNKNOWN)
+    stays = np.where(slip.is_beyond(centres), UNKNOWN, taken(grid, centres))
+    turns = np.where(slip.is_beyond(old), taken(grid, old), UNKNOWN)
     return Damaged(_onto(grid, np.maximum(stays, turns), low), (slip, _shift(-low)))
 
 
-def resample(grid: OccupancyGrid, factor: float) -> Damaged:
+def resize_cells(grid: OccupancyGrid, factor: float) -> Damaged:
     """Change the size of the cells, over the same floor.
 
     Parameters
@@ -132,7 +133,7 @@ def resample(grid: OccupancyGrid, factor: float) -> Damaged:
     height, width = (math.ceil(side * factor - 1e-9) for side in grid.shape)
     shift = (factor - 1) / 2  # pixel centres lie at integers, so (0, 0) is half a cell from the corner
     pixels = Similarity(factor, 0.0, shift, shift)
-    cells = _taken(grid, pixels.inverse().apply(_centres((width, height))))
+    cells = taken(grid, pixels.inverse().apply(_centres((width, height))))
     if factor < 1:
         v, u = np.indices(grid.shape)
         new = _nearest(pixels.apply(np.stack([u, v], axis=-1)))
@@ -161,18 +162,56 @@ def turn_image(grid: OccupancyGrid, turn_deg: float, canvas: Size | None = None)
         The turned map, its map frame at its own lower-left corner, and the similarity from the pixels of the old
         image to those of the new one: exactly the index map that was used.
     """
-    height, width = grid.shape
-    angle = -math.radians(turn_deg)  # pixels have v down
-    cos, sin = abs(math.cos(angle)), abs(math.sin(angle))
-    new_width, new_height = canvas or (
-        math.ceil(width * cos + height * sin - 1e-6),
-        math.ceil(width * sin + height * cos - 1e-6),
+    pixels, size = onto_canvas(grid.shape, turn_deg, 1.0, canvas)
+    return OccupancyGrid(taken(grid, pixels.inverse().apply(_centres(size))), grid.resolution), pixels
+
+
+def onto_canvas(
+    shape: tuple[int, int], turn_deg: float, factor: float, canvas: Size | None = None
+) -> tuple[Similarity, Size]:
+    """Turn and rescale an image about its centre onto the middle of a canvas.
+
+    Parameters
+    ----------
+    shape
+        (H, W) of the image.
+    turn_deg
+        Degrees, counter-clockwise to the eye.
+    factor
+        Pixels of the new image per pixel of the old one, > 0.
+    canvas
+        Its (width, height); by default as large as it needs to be.
+
+    Returns
+    -------
+    pixels, canvas
+        The similarity from the pixels of the old image to those of the new one, and the new one's (width, height).
+
+    Raises
+    ------
+    InputError
+        If `factor` is not positive.
+    """
+    if not factor > 0:
+        raise InputError(f"factor must be > 0, got {factor}")
+    height, width = shape
+    about = Similarity(factor, -math.radians(turn_deg))  # pixels have v down
+    cos, sin = abs(math.cos(about.angle)), abs(math.sin(about.angle))
+    canvas = canvas or (
+        math.ceil(factor * (width * cos + height * sin) - 1e-6),
+        math.ceil(factor * (width * sin + height * cos) - 1e-6),
     )
-    about = Similarity(1.0, angle)
-    shift = np.array([new_width - 1, new_height - 1]) / 2 - about.apply([(width - 1) / 2, (height - 1) / 2])
-    pixels = Similarity(1.0, angle, float(shift[0]), float(shift[1]))
-    cells = _taken(grid, pixels.inverse().apply(_centres((new_width, new_height))))
-    return OccupancyGrid(cells, grid.resolution), pixels
+    shift = (np.array(canvas) - 1) / 2 - about.apply([(width - 1) / 2, (height - 1) / 2])
+    return Similarity(factor, about.angle, float(shift[0]), float(shift[1])), canvas
+
+
+def taken(grid: OccupancyGrid, pixels: Points) -> NDArray[np.int8]:
+    """Take the values (H, W) of the cells nearest to pixels (H, W, 2), unknown outside."""
+    at = _nearest(pixels)
+    inside = ((at >= 0) & (at < grid.shape[::-1])).all(axis=-1)
+    cells = np.full(at.shape[:-1], UNKNOWN, dtype=np.int8)
+    cells[inside] = grid.occupancy[at[inside][:, 1], at[inside][:, 0]]
+    return cells
 
 
 def _centres(size: Size | NDArray[np.int64], low: ArrayLike = (0, 0)) -> Points:
@@ -183,15 +222,6 @@ def _centres(size: Size | NDArray[np.int64], low: ArrayLike = (0, 0)) -> Points:
 
 def _nearest(pixels: Points) -> NDArray[np.int64]:
     return np.floor(pixels + 0.5).astype(np.int64)
-
-
-def _taken(grid: OccupancyGrid, pixels: Points) -> NDArray[np.int8]:
-    """The values (H, W) at the cells nearest to pixels (H, W, 2), unknown outside."""
-    at = _nearest(pixels)
-    inside = ((at >= 0) & (at < grid.shape[::-1])).all(axis=-1)
-    cells = np.full(at.shape[:-1], UNKNOWN, dtype=np.int8)
-    cells[inside] = grid.occupancy[at[inside][:, 1], at[inside][:, 0]]
-    return cells
 
 
 def _onto(grid: OccupancyGrid, cells: NDArray[np.int8], low: NDArray[np.int64]) -> OccupancyGrid:

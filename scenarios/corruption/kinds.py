@@ -48,7 +48,7 @@ KINDS = {
     "bend": Kind("degrees, where a wall turns most", 0, 10, geometry.bend),
     "stretch": Kind("percent longer along one direction", -20, 20, geometry.stretch),
     "kink": Kind("degrees, what lies beyond a line, counter-clockwise", -45, 45, geometry.kink),
-    "resample": Kind("new cells per old cell along a side", 0.1, 10, lambda grid, f, _: geometry.resample(grid, f)),
+    "resample": Kind("new cells per old cell along a side", 0.1, 10, lambda grid, f, _: geometry.resize_cells(grid, f)),
     "turn": Kind("degrees, the whole image, counter-clockwise", -360, 360, _turned),
 }
 

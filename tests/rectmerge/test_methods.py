@@ -127,11 +127,15 @@ def test_a_map_without_free_space_is_named_without_asking_the_method(name):
     assert not solver.asked
 
 
-def test_a_class_that_is_no_dataclass_is_refused(monkeypatch):
-    point = EntryPoint(name="plain", value="fractions:Fraction", group=methods.GROUP)
+MADE = Scripted()
+
+
+@pytest.mark.parametrize("value", ["fractions:Fraction", "tests.rectmerge.test_methods:MADE"])
+def test_what_is_no_class_of_methods_is_refused(monkeypatch, value):
+    point = EntryPoint(name="plain", value=value, group=methods.GROUP)
     monkeypatch.setattr(methods, "available", lambda: {"plain": point})
 
-    with pytest.raises(MethodError, match="fractions:Fraction is no dataclass"):
+    with pytest.raises(MethodError, match=f"{value} is no dataclass"):
         make_method("plain")
 
 

@@ -64,6 +64,9 @@ class Source:
     def pair_ids(self) -> tuple[str, ...]:
         return (f"{self.source_id}-related", f"{self.source_id}-unrelated")
 
+    def is_related(self, pair_id: str) -> bool:
+        return pair_id == self.pair_ids[0]
+
     def pairs(self) -> Iterator[MapPair]:
         yield pair(self.pair_ids[0])
         if self.fails:

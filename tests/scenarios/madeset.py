@@ -46,6 +46,9 @@ class Rooms:
     def pair_ids(self) -> tuple[str, ...]:
         return (f"{self.source_id}-same", f"{self.source_id}-other")
 
+    def is_related(self, pair_id: str) -> bool:
+        return pair_id == self.pair_ids[0]
+
     def pairs(self) -> Iterator[MapPair]:
         cells, rng = building(self.seed), np.random.default_rng(self.seed)
         a, b = OccupancyGrid(cells), OccupancyGrid(cells[SHIFT[1] :, SHIFT[0] :], 0.05, (1.5, -2.0, 0.0))

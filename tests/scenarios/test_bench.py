@@ -1,4 +1,5 @@
 import json
+import resource
 import tomllib
 from dataclasses import dataclass, replace
 
@@ -10,6 +11,7 @@ from rectmerge.similarity import Similarity
 from scenarios.bench import read_rows, run
 from scenarios.dataset import open_dataset
 from scenarios.limits import Limits
+from scenarios.resume import results_in
 from scenarios.rows import Contender, answer, row_of
 from tests.scenarios.made import Failing, Fixed, Source, pair
 
@@ -268,8 +270,27 @@ def test_of_two_runs_into_one_folder_the_second_is_refused(tmp_path):
     def again(rows):
         run([Source()], [contender()], tmp_path, suite="made", force=True)
 
-    with pytest.raises(InputError, match="another run is writing into it"):
+    with pytest.raises(InputError, match="another process is writing into it"):
         run([Source()], [contender()], tmp_path, suite="made", on_rows=again)
+
+
+def test_rows_that_the_disk_has_no_room_for_end_a_run_in_one_line(tmp_path):
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        with results_in(tmp_path, 'run_id = "1"', force=False) as results:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (10, before[1]))
+            with pytest.raises(InputError, match=r"results\.jsonl: cannot be written: File too large"):
+                results.add([{"task_id": "1", "why": "longer than ten bytes"}])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_file_of_rows_that_is_not_ours_is_left_as_it_was(tmp_path):
+    (tmp_path / "results.jsonl").write_text("of somebody else, without an end")
+
+    with pytest.raises(InputError, match="holds a run of something else"):
+        run([Source()], [contender()], tmp_path, suite="made")
+    assert (tmp_path / "results.jsonl").read_text() == "of somebody else, without an end"
 
 
 def test_labels_differ(tmp_path):

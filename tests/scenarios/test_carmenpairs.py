@@ -76,6 +76,7 @@ def test_several_pairs_are_cut_at_several_places_and_turned_anew(tmp_path):
     assert len({pair.info["turn_a_deg"] for pair in pairs}) == 3
     assert {pair.place for pair in pairs} == {"carmen/walk"}
     assert [pair.pair_id for pair in pairs] == [source.source_id for source in suite.sources()]
+    assert all(source.is_related(pair.pair_id) for source, pair in zip(suite.sources(), pairs, strict=True))
 
 
 def test_the_seed_turns_the_maps_and_the_same_gives_the_same(tmp_path):

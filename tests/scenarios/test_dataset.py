@@ -50,6 +50,14 @@ def test_a_row_becomes_a_pair_with_its_truth(tmp_path):
     assert pair.info["split"] == "test"
 
 
+def test_whether_a_pair_is_related_is_known_even_where_its_row_can_be_read_no_more(tmp_path):
+    root = write(tmp_path, [ROW, {**UNRELATED, "pair_id": "q"}])
+    sources = open_dataset(root)
+    (root / "test/metadata.jsonl").unlink()
+
+    assert [source.is_related(source.pair_id) for source in sources] == [True, False]
+
+
 def test_a_known_resolution_stays_hidden_from_the_method(tmp_path):
     root = write(tmp_path, [{**ROW, "resolution_a": 0.05, "resolution_b": 0.1}])
     (root / "test/maps/p_a.yaml").write_text(

@@ -82,6 +82,29 @@ def test_work_without_an_executor_is_done_in_order():
     assert [(item, future.result()) for item, future in completed(None, abs, [-3, 2])] == [(-3, 3), (2, 2)]
 
 
+def test_an_item_that_fails_is_told_by_its_future_with_an_executor_or_without():
+    with local_workers(2) as pool:
+        for executor in (None, pool):
+            found = dict(completed(executor, inverse, [4, 0, 2]))
+
+            assert found.keys() == {4, 0, 2}
+            assert (found[4].result(), found[2].result()) == (0.25, 0.5)
+            with pytest.raises(ZeroDivisionError):
+                found[0].result()
+
+
+def inverse(number):
+    return 1 / number
+
+
+def test_work_without_an_executor_is_interrupted_at_once():
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        next(completed(None, interrupted, [1, 2]))
+
+
 def test_items_are_taken_as_there_is_room():
     taken = []
 

@@ -13,7 +13,6 @@ from scenarios.pairs import make_pair
 from scenarios.placement import MapSpec
 from scenarios.truth import control_point_rmse
 from sim.missionlog import MissionLog, RobotLog
-from sim.trajectory import read_tum
 from tests.sim import naive
 from tests.sim.made import box_world, office_log, wall_distance
 
@@ -92,8 +91,8 @@ def test_estimated_poses_are_written_beside_the_true_ones(tmp_path):
     assert {path.name for path in tmp_path.glob("*.tum")} == {
         *("robot_a.truth.tum", "robot_b.truth.tum", "robot_b.odometry.tum")
     }
-    times, true = read_tum(tmp_path / "robot_b.truth.tum")
-    _, taken = read_tum(tmp_path / "robot_b.odometry.tum")
+    times, true = naive.read_tum(tmp_path / "robot_b.truth.tum")
+    _, taken = naive.read_tum(tmp_path / "robot_b.odometry.tum")
     assert np.allclose(times, LOG.b.times)
     assert np.allclose(true[:, :2], LOG.b.poses[:, :2])
     assert np.allclose(taken[:, :2], pair.poses[1][:, :2])
@@ -142,7 +141,7 @@ def test_a_pair_that_was_cut_shorter_than_its_log_is_written_with_what_it_was_ma
     short = replace(LOG, a=LOG.a.until(float(LOG.a.times[8])), whole=LOG)
     write_mission(tmp_path, LOG, make_pair(short, MapSpec(), MapSpec(), 1))
 
-    assert len(read_tum(tmp_path / "robot_a.truth.tum")[0]) == 9
+    assert len(naive.read_tum(tmp_path / "robot_a.truth.tum")[0]) == 9
     assert len(MissionLog.load(tmp_path / "mission.npz").a.times) == 9
 
 

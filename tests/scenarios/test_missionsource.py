@@ -48,6 +48,7 @@ def test_a_mission_that_has_every_pair_is_not_run_again(buildings):
 
     assert tried == [0]
     assert [one.pair_id for one in explored.pairs] == list(SOURCE.pair_ids)
+    assert all(one.related and SOURCE.is_related(one.pair_id) for one in explored.pairs)
     assert (explored.log.discarded, explored.failed) == (("they fell",), {})
 
 

@@ -169,7 +169,7 @@ def test_a_second_run_into_a_folder_is_refused_while_the_first_lives(tmp_path, p
     try:
         with (tmp_path / "said").open("wb") as said:
             assert start(*words, stderr=said).wait() == 2
-        assert "another run is writing into it" in (tmp_path / "said").read_text()
+        assert "another process is writing into it" in (tmp_path / "said").read_text()
     finally:
         first.kill()
     first.wait()

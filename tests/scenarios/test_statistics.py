@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
 from scenarios import statistics
-from scenarios.statistics import clustered_difference, clustered_rate, mean_of_places, wilson_interval
+from scenarios.statistics import clustered_difference, clustered_rate, wilson_interval
 
 
 def test_wilson_agrees_with_published_figures():
@@ -52,10 +52,6 @@ def test_nothing_is_nothing_of_nothing():
 def test_lengths_must_agree():
     with pytest.raises(InputError, match="2 rows, 1 places"):
         clustered_rate([True, False], ["a"])
-
-
-def test_places_weigh_the_same_in_their_mean():
-    assert mean_of_places([True, True, True, False], ["a", "a", "a", "b"]) == pytest.approx(0.5)
 
 
 def test_a_difference_is_paired_and_its_interval_is_by_place():

@@ -49,6 +49,15 @@ def test_failures_stay_in_every_n():
     assert sum(required["outcomes"].values()) == 5
 
 
+def test_places_weigh_the_same_in_their_mean_however_many_rows_they_have():
+    rows = [row(place="a"), row(place="a"), row(place="a"), row("rejected", place="b")]
+
+    required = summarise(rows)["m"]["required"]
+
+    assert required["right_accepted"]["rate"] == 0.75
+    assert required["right_accepted_mean_of_places"] == 0.5
+
+
 def test_a_row_without_an_answer_counts_as_the_worst_error_in_the_median():
     rows = [row(e_px=1.0), row(e_px=3.0), row("error")]
 

@@ -24,6 +24,7 @@ def only_pair(from_source):
     (pair,) = from_source.pairs()
     assert (pair.related, pair.pixels, pair.control_points, pair.residual_px) == (False, None, None, None)
     assert pair.pair_id == from_source.pair_ids[0]
+    assert not from_source.is_related(pair.pair_id)
     assert (pair.info["variant"], pair.info["split"]) == (from_source.scenario.kind, "test")
     return pair
 

@@ -3,9 +3,11 @@
 import pytest
 
 from rectmerge.grid import OccupancyGrid
+from scenarios.attempts import Attempt
 from scenarios.limits import Limits
+from scenarios.summary import summarise
 from scenarios.tasks import task_ids
-from scenarios.work import Terms, Work, do
+from scenarios.work import Terms, Work, do, failed
 from tests.scenarios.made import Failing, Lost, Source, grid, pair
 from tests.scenarios.test_bench import contender, outcomes
 
@@ -38,6 +40,16 @@ def test_a_pair_that_cannot_be_scored_is_an_error():
     assert [row["outcome"] for row in rows] == ["error", "error"]
     assert "no known cell" in rows[0]["reason"]
     assert "ended without it" in rows[1]["reason"]
+
+
+def test_a_pair_that_cannot_be_made_counts_where_it_was_meant_to():
+    tasks = task_ids(Source(), [contender()], seed=0)
+    work = Work(source=Source(fails=True), tasks=tasks, terms=Terms(suite="made", contenders=[contender()]))
+    lost = failed(work, Attempt(failure="error", reason="the worker died"))
+
+    for rows in (do(work).rows, lost.rows):
+        assert [(row["stratum"], row["related"]) for row in rows] == [("required", True), ("unrelated", False)]
+        assert summarise(rows)["one"]["unrelated"]["wrong_accepted"]["n"] == 1
 
 
 def test_only_the_tasks_that_are_asked_for_are_done():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -175,3 +176,11 @@ def best_shift(
                 total += float(field[row + up, col + across])
         best = max(best, total / len(points) - shift_price * (across**2 + up**2) - turn_price * turn**2)
     return best
+
+
+def read_tum(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Read a TUM trajectory of a robot on a floor as times (S,) and poses (x, y, yaw), shape (S, 3)."""
+    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    table = np.array([[float(word) for word in line.split()] for line in lines]).reshape(-1, 8)
+    assert (table[:, 3:6] == 0).all()  # neither up nor tilted
+    return table[:, 0], np.column_stack([table[:, 1:3], 2 * np.arctan2(table[:, 6], table[:, 7])])

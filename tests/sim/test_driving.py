@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 
 from rectmerge.errors import SimulationError
 from sim._kernels import paths
-from sim.driving import KEEP_OFF_M, Ways, disc, drivable, most_gain, nearest_cell, shortest_path
+from sim.driving import KEEP_OFF_M, Ways, disc, drivable, most_gain, nearest_cell
 from sim.world import Prism, World
 from tests.sim import naive
 from tests.sim.made import box_world, wall_distance
@@ -42,19 +42,19 @@ def test_the_cell_that_pays_most_is_found_without_going_everywhere(price, pay):
 
 def test_a_path_leads_to_the_goal_and_keeps_off_the_walls():
     world = box_world()
-    path, cost = shortest_path(drivable(world), np.array([1.0, 1.35]), np.array([5.2, 1.35]))
+    ways, start, goal = Ways(drivable(world)), np.array([1.0, 1.35]), np.array([5.2, 1.35])
+    path = ways.path(start, goal)
 
-    assert np.hypot(*(path[-1] - [5.2, 1.35])) < 0.11
+    assert np.hypot(*(path[-1] - goal)) < 0.11
     assert wall_distance(world, path).min() > KEEP_OFF_M - 0.06
-    assert cost > 4.2  # the table stands in the way
+    assert ways.cost_m(start, goal) > 4.2  # the table stands in the way
 
 
-def test_no_way_is_an_error_not_a_path():
+def test_where_there_is_no_way_there_is_no_path():
     field = drivable(box_world())
     field.is_drivable[:, 30] = False
 
-    with pytest.raises(SimulationError, match="no way"):
-        shortest_path(field, np.array([1.0, 3.0]), np.array([5.0, 3.0]))
+    assert Ways(field).path(np.array([1.0, 3.0]), np.array([5.0, 3.0])) is None
 
 
 def test_a_way_keeps_off_what_is_blocked_and_is_none_where_all_is():

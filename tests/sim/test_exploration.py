@@ -110,6 +110,23 @@ def test_a_stop_that_cannot_be_got_to_is_tried_last_and_then_left_out():
     assert tour.note == "could not get to one"
 
 
+def test_the_last_stop_is_tried_twice_too_and_every_stop_that_was_left_out_is_told():
+    stops = [(name, np.array([x, 3.0])) for name, x in (("one", 1.0), ("two", 3.0))]
+    tour = make_tour(Ways(BOX), stops, stops[0][1])
+    for left in (["two", "one"], ["one", "two"], ["two"]):
+        tour.put_off()
+        assert [name for name, _ in tour.stops] == left
+    tour.put_off()
+    assert tour.is_done
+    assert tour.note == "could not get to one; could not get to two"
+
+    alone = make_tour(Ways(BOX), stops[:1], stops[0][1])
+    alone.put_off()
+    assert not alone.is_done
+    alone.put_off()
+    assert alone.is_done
+
+
 @pytest.mark.parametrize("apart", [0.0, 0.3, 0.7, 1.0])
 def test_starts_are_as_far_apart_as_wanted(apart):
     def gap(share, seed):

@@ -14,7 +14,7 @@ from PIL import Image
 from rectmerge.errors import InputError, MapFileError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.mapfile import read_map, write_map
-from sim.driving import drivable, nearest_drivable, shortest_path
+from sim.driving import Ways, drivable, nearest_drivable
 from sim.importers import import_world
 from sim.importers.grids import MOST_WALLS, world_from_grid
 from sim.importers.plans import world_from_plan
@@ -71,12 +71,12 @@ def test_a_resolution_given_wins_over_the_one_in_the_file():
 def test_rooms_are_where_a_robot_can_stand_and_it_can_drive_between_them(tmp_path):
     write_map(building(resolution=0.2), tmp_path / "large.yaml")
     world = import_world(tmp_path / "large.yaml")
-    field = drivable(world)
+    ways = Ways(drivable(world))
 
     assert len(world.rooms) >= 9
     assert world.rooms[0].area_m2 == pytest.approx(60 * 38 * 0.04)
     for room in world.rooms:
-        assert math.isfinite(shortest_path(field, world.rooms[0].spot, room.spot)[1])
+        assert ways.path(world.rooms[0].spot, room.spot) is not None
     assert not import_world(tmp_path / "large.yaml", resolution=0.012).rooms  # a robot fits nowhere in a doll's house
 
 

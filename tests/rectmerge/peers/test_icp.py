@@ -1,5 +1,6 @@
 import math
 
+import cv2
 import numpy as np
 import pytest
 
@@ -33,6 +34,20 @@ def test_walls_are_taken_from_a_large_map_shrunk():
     assert found, found.reason
     assert found.candidates[0].pixels.scale == pytest.approx(4 * TRUTH.scale, rel=0.01)
     assert found.candidates[0].pixels.angle == pytest.approx(TRUTH.angle, abs=math.radians(0.5))
+
+
+def test_the_walls_of_each_map_are_looked_up_once(monkeypatch):
+    looked_up = []
+
+    def counted(image, *rest, **more):
+        looked_up.append(image.shape)
+        return transform(image, *rest, **more)
+
+    transform = cv2.distanceTransformWithLabels
+    monkeypatch.setattr(cv2, "distanceTransformWithLabels", counted)
+
+    assert align(drawing.building(), view(), method="icp", scale=TRUTH.scale)
+    assert len(looked_up) == 2
 
 
 def test_another_building_is_rejected():

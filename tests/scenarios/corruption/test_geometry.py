@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from scenarios.corruption.geometry import bend, kink, resample, stretch, turn_image
+from scenarios.corruption.geometry import bend, kink, resize_cells, stretch, turn_image
 from tests.scenarios.corruption.made import drawn
 
 turns = st.floats(-180.0, 180.0)
@@ -114,7 +114,7 @@ def test_every_cell_of_a_torn_map_shows_the_strongest_of_the_old_cells_that_came
 @given(seeds, factors)
 def test_a_resampled_map_lies_over_the_same_floor(seed, factor):
     grid = random_grid(seed)
-    done = resample(grid, factor)
+    done = resize_cells(grid, factor)
     corners = np.array([[-0.5, -0.5], [grid.shape[1] - 0.5, grid.shape[0] - 0.5]])
 
     assert done.grid.resolution == pytest.approx(0.05 / factor)
@@ -125,8 +125,8 @@ def test_a_resampled_map_lies_over_the_same_floor(seed, factor):
 @given(seeds, st.integers(1, 5))
 def test_whole_factors_repeat_cells_and_their_inverses_keep_the_strongest(seed, factor):
     grid = random_grid(seed)
-    fine = resample(grid, factor)
-    coarse = resample(grid, 1 / factor)
+    fine = resize_cells(grid, factor)
+    coarse = resize_cells(grid, 1 / factor)
 
     assert np.array_equal(fine.grid.occupancy, grid.occupancy.repeat(factor, axis=0).repeat(factor, axis=1))
     tall, wide = (-side % factor for side in grid.shape)
@@ -170,7 +170,7 @@ def test_a_stretched_map_is_longer_by_the_percentage_one_way_and_as_it_was_the_o
 
 @pytest.mark.parametrize("factor", [0.37, 0.5, 1.6, 3.0])
 def test_a_spot_of_a_resampled_map_is_found_where_its_middle_moved(factor):
-    done = resample(spotted((50, 40)), factor)
+    done = resize_cells(spotted((50, 40)), factor)
 
     found = np.argwhere(done.grid.occupied).mean(axis=0)[::-1]
     assert np.hypot(*(found - done.moved([50.0, 40.0]))) < 0.8
