@@ -37,7 +37,8 @@ def check(
     """Judge a placement that was made by hand, with the verdict that `merge` would give it; writes nothing.
 
     The placement is made exact where it lies, and then weighed against every other; where nothing fits near there it
-    says so, and tells what does. The numbers are those that `rectmerge view` shows: pixel (u, v) of B lies on pixel (a u - b v + tx, b u + a v + ty) of A.
+    says so, and tells what does. The numbers are those that `rectmerge view` shows: pixel (u, v) of B lies on pixel
+    (a u - b v + tx, b u + a v + ty) of A.
     """
     from rectmerge.answertext import describe, describe_check
     from rectmerge.mapoptions import name_maps, read_maps
