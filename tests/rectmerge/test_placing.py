@@ -148,7 +148,7 @@ BAD = {
     "nothing": (["--pixels", "0,0,5,5"], "scale must be > 0"),
     "a slip in the scale": (
         ["--pixels", "5000,0,70,20"],
-        "scale of 5000 cells of A per cell of B, far beyond 1.08",
+        "scale of 5000 cells of A per cell of B, far beyond 1.09",
     ),
     "no candidate": (["--candidate", "99"], "there is no candidate 99"),
     "no answer": (["--from", "nowhere"], "nowhere"),
