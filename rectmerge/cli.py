@@ -12,14 +12,16 @@ from rectmerge import console
 from rectmerge.checkcommand import check
 from rectmerge.errors import InputError
 from rectmerge.mapoptions import DialectName, Grey, OneMap, Strict
-from rectmerge.mergecommand import merge
+from rectmerge.mergecommand import TwoMaps, merge
 from rectmerge.transformcommand import transform
 from rectmerge.viewcommand import view
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-app = typer.Typer(no_args_is_help=True, add_completion=True, pretty_exceptions_enable=False)
+app = typer.Typer(
+    context_settings=console.SETTINGS, no_args_is_help=True, add_completion=True, pretty_exceptions_enable=False
+)
 
 
 @app.callback()
@@ -30,7 +32,7 @@ def common(version: console.Version = False) -> None:
     """
 
 
-app.command()(merge)
+app.command(cls=TwoMaps)(merge)
 app.command()(check)
 
 

@@ -46,6 +46,7 @@ Version = Annotated[
     bool,
     typer.Option("--version", metavar="", help="Show the version and exit.", callback=_show_version, is_eager=True),
 ]
+SETTINGS = {"help_option_names": ["-h", "--help"]}  # of both command lines and all their commands
 STATUS = {"accepted": YES, "rejected": NO, "ambiguous": AMBIGUOUS}  # of a verdict
 
 

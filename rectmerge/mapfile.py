@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 import os
-from pathlib import Path
+from dataclasses import replace
+from pathlib import Path, PureWindowsPath
 from typing import NamedTuple
 
 import numpy as np
@@ -199,15 +200,17 @@ def _read_yaml_map(path: Path, dialect: Dialect | None, *, strict_thresholds: bo
     try:
         pixels = _checked_size(header.image, read_pixels(header.image))
     except MapFileError as error:
-        raise MapFileError(f"{path}: its image {error}") from None
+        raise MapFileError(f"{path}: its image {error}{_found_beside(path, header.image)}") from None
     dialect = dialect or _told_dialect(path, header.image)
     keep = not strict_thresholds and _turns_unknown_free(header.legend, pixels, dialect)
     if keep:
         LOGGER.warning(
-            "%s: free_thresh %g would turn grey 205, which map savers write for unknown, into free space; it is kept "
-            "unknown (--strict-thresholds obeys the file, free_thresh: 0.196 mends it)",
+            "%s: %sfree_thresh %g would turn grey 205, which map savers write for unknown, into free space; it is kept "
+            "unknown (--strict-thresholds obeys the file, %s mends it)",
             path,
+            "mode scale with " if header.legend.mode == "scale" else "",
             header.legend.free_thresh,
+            _mending(header.legend, dialect),
         )
     occupancy = read_cells(pixels, header.legend, dialect, keep=keep)
     try:
@@ -215,6 +218,22 @@ def _read_yaml_map(path: Path, dialect: Dialect | None, *, strict_thresholds: bo
     except InputError as error:
         raise MapFileError(f"{path}: {error}") from None
     return _checked(path, grid, "check negate, free_thresh and occupied_thresh")
+
+
+def _found_beside(path: Path, image: Path) -> str:
+    """Tell of a file beside a YAML that has the name of its missing image: maps are copied without their folder."""
+    beside = path.with_name(PureWindowsPath(image).name or path.name)  # either kind of slash
+    if os.path.lexists(image) or beside == path or not os.path.isfile(beside):  # noqa: PTH113 - no error, any name
+        return ""
+    return f"; {beside.name} lies beside the YAML: if it is the map's, write image: {beside.name}"
+
+
+def _mending(legend: Legend, dialect: Dialect) -> str:
+    """Say what in a YAML turns grey 205 back into unknown space."""
+    savers = replace(legend, free_thresh=MAP_SAVERS.free_thresh)
+    if occupancy_table(savers, dialect)[UNKNOWN_GREY] != FREE:
+        return f"free_thresh: {savers.free_thresh:g}"
+    return f"mode: trinary with free_thresh: {savers.free_thresh:g}"
 
 
 def _told_dialect(path: Path, image: Path) -> Dialect:
@@ -232,7 +251,8 @@ def _turns_unknown_free(legend: Legend, pixels: Pixels, dialect: Dialect) -> boo
         return False
     if occupancy_table(legend, dialect)[UNKNOWN_GREY] != FREE:
         return False
-    is_there = np.bincount(pixels.luma.ravel(), minlength=WHITE + 1) > 0
+    opaque = pixels.luma if pixels.alpha is None else pixels.luma[pixels.alpha == OPAQUE]
+    is_there = np.bincount(opaque.ravel(), minlength=WHITE + 1) > 0
     is_level = not is_there[[UNKNOWN_GREY - 1, UNKNOWN_GREY + 1]].any()  # and no shade among others
     return bool(is_there[UNKNOWN_GREY] and is_there[FREE_GREY] and is_level)
 

@@ -73,12 +73,15 @@ def _keys(path: Path) -> dict[Any, Any]:
     require_file(path)
     if path.stat().st_size > MAX_YAML_BYTES:
         raise MapFileError(f"{path}: more than {MAX_YAML_BYTES // 1024} KB, so not a map_server YAML")
+    text = b""
     try:
-        keys = yaml.safe_load(path.read_bytes())
+        text = path.read_bytes()
+        keys = yaml.safe_load(text)
     except OSError as error:
         raise MapFileError(f"{path}: {error.strerror or error}; make the file readable") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise MapFileError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}") from None
+        remedy = "; use spaces, no tabs" if b"\t" in text else ""
+        raise MapFileError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}{remedy}") from None
     except BROKEN:  # a tag such as !!bool or !!timestamp on what is none: PyYAML's own, often nameless errors
         raise MapFileError(f"{path}: not valid YAML: a value is not of the kind that its tag tells") from None
     if keys is None:
@@ -100,7 +103,8 @@ def _resolution(path: Path, keys: Mapping[str, Any]) -> float | None:
 def _origin(path: Path, keys: Mapping[str, Any]) -> tuple[float, float, float]:
     origin = keys.get("origin")
     if not isinstance(origin, list) or len(origin) != 3:
-        raise MapFileError(f"{path}: origin must be [x, y, yaw], got {_short(origin)}")
+        got = f"a list of {len(origin)}" if isinstance(origin, list) else _short(origin)
+        raise MapFileError(f"{path}: origin must be [x, y, yaw], three numbers, got {got}")
     named = {f"origin[{i}]": value for i, value in enumerate(origin)}
     x, y, yaw = (_number(path, named, key) for key in named)
     return x, y, yaw

@@ -52,9 +52,9 @@ def name_maps(
     from rectmerge.inputs import GREYS, Input
 
     levels, known = dict(zip(GREYS, greys, strict=True)), _known_dialect(dialect)
-    for _, resolution in maps:
+    for name, (_, resolution) in zip("ab", maps, strict=False):  # of a single map none is told
         if resolution is not None and not 0 < resolution < float("inf"):
-            raise typer.BadParameter(f"{resolution} is no positive number of metres per cell: --resolution-a, -b")
+            raise typer.BadParameter(f"{resolution} is no positive number of metres per cell: --resolution-{name}")
     inputs = [
         Input(given=str(path), path=path, greys=levels, dialect=known, strict=strict, resolution=resolution)
         for path, resolution in maps

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from rectmerge import console
 from rectmerge.errors import InputError
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from rectmerge.methods import Scale
     from rectmerge.robust.certificate import Certificate
 
+UsageError: Any = typer.BadParameter.__bases__[0]  # click's, which typer brings from elsewhere in every second version
 Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="The folder for the results.")]
 RULE_NAMES = "occupied, free, log-odds, evidence or newest"
 RuleName = Annotated[
@@ -52,6 +54,20 @@ Certify = Annotated[
 ]
 CertifySeconds = Annotated[float, typer.Option(metavar="S", min=0.1, help="Time that --certify may take.")]
 Force = Annotated[bool, typer.Option("--force", metavar="", help="Replace the results that DIR holds.")]
+
+
+class TwoMaps(TyperCommand):
+    """A command for two maps that tells people with more how to go on."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse a command line as every command does."""
+        try:
+            return super().parse_args(ctx, args)
+        except UsageError as error:
+            if "unexpected extra argument" not in error.message:
+                raise
+            how = "maps are merged two at a time: merge the first two, then their merged.yaml with the next"
+            raise UsageError(f"{error.message}; {how}", ctx) from None
 
 
 def merge(

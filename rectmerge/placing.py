@@ -69,13 +69,18 @@ class Placing:
             If the earlier answer cannot be read or used, there is no such candidate, or the method takes no hint.
         """
         if self.earlier is not None:
-            pixels = self._earlier_pixels(a, b)
+            pixels, by = self._earlier_pixels(a, b), self._earlier_name()
         elif self.pixels is not None:
-            pixels = self.pixels
+            pixels, by = self.pixels, "placed by hand"
         else:
             found = align(a, b, method=method, scale=scale, seed=seed, guess=self.guess)
             return found if self.candidate is None else _chosen(found, self.candidate)
-        return _as_told(check(a, b, pixels, method=method, scale=scale, seed=seed), a, b, pixels)
+        return _as_told(check(a, b, pixels, method=method, scale=scale, seed=seed), a, b, pixels, by)
+
+    def _earlier_name(self) -> str:
+        if self.candidate is None:
+            return "placed as an earlier merge did"
+        return f"placed as candidate {self.candidate} of an earlier merge"
 
     def _earlier_pixels(self, a: OccupancyGrid, b: OccupancyGrid) -> Similarity:
         answer = Answer.of(AnswerFile.read(self.earlier or Path()))
@@ -159,13 +164,13 @@ def _chosen(found: Alignment, number: int) -> Alignment:
     )
 
 
-def _as_told(judged: Alignment, a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) -> Alignment:
+def _as_told(judged: Alignment, a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity, by: str) -> Alignment:
     """Take a placement exactly as told; what the walls make of it stands in the reason."""
     told = Candidate.from_pixels(pixels, a, b, confidence=judged.confidence)
     return replace(
         judged,
         verdict="accepted",
-        reason=f"placed by hand; the walls say: {judged.verdict}, {judged.reason}",
+        reason=f"{by}; the walls say: {judged.verdict}, {judged.reason}",
         candidates=(told, *judged.candidates[1:]),
         scale=replace(judged.scale, found=pixels.scale, source="given"),
     )

@@ -19,6 +19,7 @@ from scenarios.terminal import progress, summary_table, table, told_of_earlier_r
 
 app = typer.Typer(
     help="Benchmark map merging on simulated and real pairs with known truth.",
+    context_settings=console.SETTINGS,
     no_args_is_help=True,
     add_completion=True,
     pretty_exceptions_enable=False,

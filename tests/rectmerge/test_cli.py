@@ -426,6 +426,16 @@ def test_methods_lists_what_can_be_named_and_set(capsys):
     assert set(json.loads(capsys.readouterr().out)["methods"]) == set(methods.available())
 
 
+@pytest.mark.parametrize("words", [[], ["merge"], ["inspect"]])
+def test_h_is_help(capsys, words):
+    assert rectmerge(*words, "-h") == 0
+    short = capsys.readouterr().out
+    assert rectmerge(*words, "--help") == 0
+
+    assert capsys.readouterr().out == short
+    assert "Usage: rectmerge" in short
+
+
 def test_help_and_version_need_no_heavy_package():
     code = (
         "import sys; from rectmerge import cli, console\n"

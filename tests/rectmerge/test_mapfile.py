@@ -97,6 +97,44 @@ def test_the_savers_unknown_stays_unknown_where_the_threshold_would_turn_it_free
     assert f"{path}: free_thresh 0.25" in caplog.text
 
 
+def save_with_clear_unknown(folder: Path) -> None:
+    grey = np.frombuffer(GOOD_PGM[-12:], np.uint8).reshape(3, 4)
+    save(folder, np.dstack([grey, np.where(grey == 205, 0, 255).astype(np.uint8)]))
+
+
+def test_a_grey_that_is_only_where_nothing_is_seen_is_no_trap(tmp_path, caplog):
+    save_with_clear_unknown(tmp_path)
+
+    for told in ({"mode": "scale"}, {"free_thresh": 0.25}):
+        assert read_map(write(tmp_path, image=None, name="map.png", **told)).occupancy.tolist() == GOOD_CELLS
+    assert not caplog.text
+
+
+@pytest.mark.parametrize(
+    ("told", "remedy"),
+    [
+        ({"free_thresh": 0.25}, "free_thresh: 0.196 mends it"),
+        ({"mode": "scale"}, "mode: trinary with free_thresh: 0.196 mends it"),
+    ],
+)
+def test_what_is_said_to_mend_the_trap_mends_it(tmp_path, caplog, told, remedy):
+    read_map(write(tmp_path, **told))
+    assert remedy in caplog.text
+    caplog.clear()
+
+    assert read_map(write(tmp_path)).occupancy.tolist() == GOOD_CELLS  # mode trinary and free_thresh 0.196
+    assert not caplog.text
+
+
+@pytest.mark.parametrize("name", ["/home/robot/maps/map.pgm", "maps/map.pgm", r"C:\maps\map.pgm"])
+def test_an_image_that_was_moved_beside_its_yaml_is_named_and_not_read(tmp_path, name):
+    path = write(tmp_path, name=name, image=None)
+    (tmp_path / "map.pgm").write_bytes(GOOD_PGM)
+
+    with pytest.raises(MapFileError, match=r"no such file.*; map\.pgm lies beside the YAML.* write image: map\.pgm"):
+        read_map(path)
+
+
 def test_the_file_is_obeyed_where_that_is_asked_for(tmp_path, caplog):
     grid = read_map(write(tmp_path, free_thresh=0.25), strict_thresholds=True)
 
@@ -280,7 +318,7 @@ BAD = {
     "image is a directory": (lambda d: write(d, image=None, name="."), "directory"),
     "empty yaml": (lambda d: bad_yaml(d, b""), "the file is empty"),
     "yaml of a list": (lambda d: bad_yaml(d, b"[1, 2]"), "not a map_server YAML"),
-    "yaml with tabs": (lambda d: bad_yaml(d, b"image: a\n\tresolution: 1"), "not valid YAML"),
+    "yaml with tabs": (lambda d: bad_yaml(d, b"image: a\n\tresolution: 1"), "not valid YAML: .*; use spaces, no tabs"),
     "yaml of garbage": (lambda d: bad_yaml(d, bytes(range(256))), "not valid YAML"),
     "yaml that runs code": (lambda d: bad_yaml(d, b"!!python/object/apply:os.system ['true']"), "not valid YAML"),
     "yaml nested deep": (lambda d: bad_yaml(d, b"[" * 3_000), "not valid YAML"),
@@ -293,8 +331,9 @@ BAD = {
     "resolution nan": (lambda d: write(d, resolution=math.nan), "resolution must be a finite number"),
     "resolution text": (lambda d: write(d, resolution="fine"), "resolution must be a finite number"),
     "resolution true": (lambda d: write(d, resolution=True), "resolution must be a finite number"),
-    "no origin": (lambda d: write(d, origin=None), r"origin must be \[x, y, yaw\]"),
-    "origin of two": (lambda d: write(d, origin=[1, 2]), r"origin must be \[x, y, yaw\]"),
+    "no origin": (lambda d: write(d, origin=None), r"origin must be \[x, y, yaw\], three numbers, got nothing"),
+    "origin of two": (lambda d: write(d, origin=[1, 2]), r"origin must be \[x, y, yaw\].* got a list of 2"),
+    "origin of six": (lambda d: write(d, origin=[0] * 6), r"origin must be \[x, y, yaw\].* got a list of 6"),
     "origin nan": (lambda d: write(d, origin=[0.0, math.nan, 0.0]), r"origin\[1\] must be a finite number"),
     "origin inf": (lambda d: write(d, origin=[0.0, 0.0, math.inf]), r"origin\[2\] must be a finite number"),
     "origin of lists": (lambda d: write(d, origin=[[0], 0, 0]), r"origin\[0\] must be a finite number"),

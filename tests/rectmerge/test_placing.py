@@ -59,6 +59,7 @@ def test_an_earlier_answer_places_maps_that_have_grown(tmp_path, found):
 
     b_to_a = told(tmp_path / "second")["b_to_a"]
     assert b_to_a["translation"] == pytest.approx([found.b_to_a.tx, found.b_to_a.ty], abs=1e-6)
+    assert told(tmp_path / "second")["reason"].startswith("placed as an earlier merge did; the walls say: accepted, ")
 
 
 def test_a_candidate_is_chosen_of_an_earlier_answer_that_said_no(tmp_path, capsys):
@@ -70,6 +71,7 @@ def test_a_candidate_is_chosen_of_an_earlier_answer_that_said_no(tmp_path, capsy
 
     wanted = told(tmp_path / "no")["candidates"][1]["pixels"]
     assert np.allclose(told(tmp_path / "out")["pixels"], wanted)
+    assert told(tmp_path / "out")["reason"].startswith("placed as candidate 2 of an earlier merge; the walls say: ")
 
 
 def test_a_candidate_is_chosen_of_the_same_search(tmp_path):
@@ -146,11 +148,16 @@ BAD = {
     "nothing": (["--pixels", "0,0,5,5"], "scale must be > 0"),
     "a slip in the scale": (
         ["--pixels", "5000,0,70,20"],
-        "has a scale of 5000 cells of A per cell of B, far beyond 1.08",
+        "scale of 5000 cells of A per cell of B, far beyond 1.09",
     ),
     "no candidate": (["--candidate", "99"], "there is no candidate 99"),
     "no answer": (["--from", "nowhere"], "nowhere"),
-    "no resolution": (["--resolution-a", "-1"], "-1"),
+    "no resolution": (["--resolution-a", "-1"], "-1.0 is no positive number of metres per cell: --resolution-a"),
+    "no resolution of B": (["--resolution-b", "nan"], "nan is no positive number of metres per cell: --resolution-b"),
+    "three maps": (
+        ["c.yaml"],
+        "two at a time: merge the first two, then their merged.yaml with the next",
+    ),
     "no dialect": (["--dialect", "ros3"], "ros3"),
 }
 

@@ -134,6 +134,12 @@ def test_a_program_is_put_to_the_pairs_beside_a_method(tmp_path, dataset):
     assert len(outcomes) == 4
 
 
+def test_h_is_help(capsys):
+    for words in (["-h"], ["run", "-h"]):
+        assert rectbench(*words) == 0
+        assert "Usage: rectbench" in capsys.readouterr().out
+
+
 def test_help_loads_nothing_heavy():
     code = (
         "import sys, scenarios.cli\n"
