@@ -32,7 +32,7 @@ RuleName = Annotated[
     typer.Option(
         "--rule",
         metavar="RULE",
-        help=f"What wins where maps differ: {RULE_NAMES}. Shades are kept, by mode raw.",
+        help=f"What wins where maps differ: {RULE_NAMES}; log-odds and evidence keep shades, in mode raw.",
         autocompletion=RULE_NAMES.replace(" or", ",").split(", ").copy,
     ),
 ]
@@ -112,6 +112,7 @@ def merge(
     from rectmerge.methodoptions import choose_method, parse_scale
     from rectmerge.placing import Placing, parse_guess, parse_pixels
     from rectmerge.resultfolder import ResultFolder, to_json
+    from rectmerge.rules import SHADING
 
     bounds, wins, cells = parse_scale(scale), _check_rule(rule), parse_resolution(output_resolution)
     solver = choose_method(method, fields or [])
@@ -134,8 +135,8 @@ def merge(
     told = lay_out(found, grid_a, grid_b) | {"inputs": told_inputs(output, *inputs)}
     if certificate is not None:
         told["certificate"] = certificate.as_dict()
-    files = folder.write(told, pictures, merged)
-    is_shaded = merged is not None and has_shades(merged)
+    is_shaded = merged is not None and wins in SHADING and has_shades(merged)
+    files = folder.write(told, pictures, merged, shaded=is_shaded)
     typer.echo(to_json(told) if json else describe(found, files, certificate, is_shaded=is_shaded))
     raise typer.Exit(console.STATUS[found.verdict])
 

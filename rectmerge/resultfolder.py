@@ -18,7 +18,7 @@ from rectmerge.dialects import Legend
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.imagefile import encode_image, real, replace_files
-from rectmerge.mapfile import MAP_SAVERS, encode_map, has_shades
+from rectmerge.mapfile import MAP_SAVERS, encode_map
 
 OWN = re.compile(r"alignment\.json|view\.html|overlay(_\d+)?\.png|conflict\.png|merged\.(yaml|pgm)")
 RAW = Legend(mode="raw")  # nav2 and ROS 1 read it alike and exactly; mode scale they grade differently
@@ -69,9 +69,21 @@ class ResultFolder:
         return any(real(p.parent) == real(self.path) and OWN.fullmatch(p.name) for p in named)
 
     def write(
-        self, alignment: dict[str, Any], pictures: dict[str, NDArray[np.uint8]], merged: OccupancyGrid | None
+        self,
+        alignment: dict[str, Any],
+        pictures: dict[str, NDArray[np.uint8]],
+        merged: OccupancyGrid | None,
+        *,
+        shaded: bool = False,
     ) -> list[Path]:
         """Replace earlier results by new ones, ``alignment.json`` last; return the files.
+
+        Parameters
+        ----------
+        alignment, pictures, merged
+            What goes into ``alignment.json``, the pictures by their files' names, and the merged map, if there is one.
+        shaded
+            Whether the map's occupancies are kept as they are, in mode raw; else it is written as map_saver does.
 
         Raises
         ------
@@ -80,7 +92,7 @@ class ResultFolder:
         """
         files = {name: encode_image(picture, ".png") for name, picture in pictures.items()}
         if merged is not None:
-            legend = RAW if has_shades(merged) else MAP_SAVERS
+            legend = RAW if shaded else MAP_SAVERS
             files["merged.pgm"], files["merged.yaml"] = encode_map(merged, "merged.pgm", legend)
         files["alignment.json"] = (to_json(alignment) + "\n").encode()
         try:

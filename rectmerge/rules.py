@@ -13,6 +13,7 @@ from rectmerge.grid import UNKNOWN, OccupancyGrid
 
 Rule = Literal["occupied", "free", "log-odds", "evidence", "newest"]
 RULES: tuple[Rule, ...] = get_args(Rule)
+SHADING: tuple[Rule, ...] = ("log-odds", "evidence")  # these grade what they make; the others choose
 SURE_FREE, SURE_OCCUPIED = 0.1192, 0.971  # OctoMap's clamping bounds: what one map can say at most
 RELIABILITY = 0.9  # the mass that a map which is sure of a cell gives to what it says; the rest is "unknown"
 FEW = 30

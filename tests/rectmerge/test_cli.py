@@ -174,6 +174,18 @@ def test_a_map_without_shades_is_written_as_map_saver_does(tmp_path, answer, cap
     assert "mode raw" not in capsys.readouterr().out
 
 
+def test_by_other_rules_shades_of_the_maps_end_as_walls_or_unknown_which_costmaps_take_right(tmp_path, answer):
+    answer("accepted")
+    shaded = read_map(A)
+    cells = np.where(shaded.occupied, 90, shaded.occupancy).astype(np.int8)
+    write_map(OccupancyGrid(cells, shaded.resolution, shaded.origin), tmp_path / "a.yaml", legend=Legend(mode="raw"))
+
+    assert rectmerge("merge", tmp_path / "a.yaml", B, "-o", tmp_path / "out") == 0
+
+    assert read_header(tmp_path / "out" / "merged.yaml").legend == Legend()
+    assert read_map(tmp_path / "out" / "merged.yaml").occupied.sum() >= shaded.occupied.sum()
+
+
 @pytest.mark.parametrize("cells", ["c", "0", "-1", "nan"])
 def test_cells_that_cannot_be_are_refused(tmp_path, capsys, cells):
     assert rectmerge("merge", A, B, "-o", tmp_path / "out", "--output-resolution", cells) == 2
