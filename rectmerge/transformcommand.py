@@ -39,9 +39,10 @@ def transform(
 
     The parent is the frame of map A, the child that of map B. TF carries no scale: where map B is to be scaled, the
     transform is fitted anew without scale, and stderr tells by how much that misses. With --points the points of a file
-    are carried from B's map frame to A's instead, scale and all. A map without resolution is in cells: stderr says so,
-    and there is no line for TF, which is in metres. Where the merge said no and no candidate is named, the status is
-    that of the merge, 1 or 3.
+    are carried from B's map frame to A's instead, scale and all: columns x and y, and headings in columns, or
+    properties of a Point, named yaw, theta or heading (radians), yaw_deg, theta_deg or heading_deg, or qz and qw. A map
+    without resolution is in cells: stderr says so, and there is no line for TF, which is in metres. Where the merge
+    said no and no candidate is named, the status is that of the merge, 1 or 3.
     """
     from rectmerge.answerfile import AnswerFile
     from rectmerge.imagefile import replace_file
