@@ -1,4 +1,4 @@
-"""Points that belong to map B, carried to map A with their headings: CSV and GeoJSON."""
+"""Points that belong to map B, carried to map A with their headings: CSV, GeoJSON and nav2's waypoints."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from rectmerge.errors import InputError
 from rectmerge.pointtable import carry_table
 from rectmerge.poses import CARRIED, TURN, left_alone, moved, short, turned
 from rectmerge.similarity import Similarity
+from rectmerge.waypoints import carry_waypoints
 
 LOGGER = logging.getLogger("rectmerge")
 
@@ -31,16 +32,16 @@ def carry_points(text: str, name: str, b_to_a: Similarity) -> str:
     Parameters
     ----------
     text
-        GeoJSON, or CSV, see `rectmerge.pointtable`.
+        GeoJSON; nav2's waypoints, see `rectmerge.waypoints`; or CSV, see `rectmerge.pointtable`.
     name
-        The file's name: it tells which of the two, and stands in messages.
+        The file's name: it tells which of them, and stands in messages.
     b_to_a
         The placement.
 
     Raises
     ------
     InputError
-        If it is neither, or a CSV holds no points. A GeoJSON may hold none.
+        If it is none of them, or a CSV holds no points. A GeoJSON may hold none.
 
     Notes
     -----
@@ -59,6 +60,8 @@ def carry_points(text: str, name: str, b_to_a: Similarity) -> str:
 def _reader(suffix: str) -> tuple[str, Callable[[str, Similarity], str]]:
     if suffix in (".json", ".geojson"):
         return "GeoJSON", _carry_geojson
+    if suffix in (".yaml", ".yml"):
+        return "nav2's waypoints", carry_waypoints
     return "CSV with columns x and y", carry_table
 
 

@@ -29,7 +29,8 @@ def transform(
     parent: Annotated[str, typer.Option(help="The frame of map A.")] = "map_a",
     child: Annotated[str, typer.Option(help="The frame of map B.")] = "map_b",
     points: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Points of map B, CSV or GeoJSON, to be carried to map A.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Points of map B, to be carried to map A: CSV, GeoJSON or nav2's YAML."),
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Where these go.")] = None,
     quiet: console.Quiet = False,
