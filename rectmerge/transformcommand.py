@@ -80,6 +80,8 @@ def _notes(placed: Placed, *, has_scale: bool) -> Iterator[str]:
     """Tell what numbers alone do not: that they are not in metres, and what they miss where they lack the scale."""
     if placed.in_cells:
         yield placed.in_cells
+    elif placed.out_of_scale:
+        yield placed.out_of_scale
     if not has_scale and placed.misfit >= TOLD_FROM:
         yield (
             f"map B fits at a scale of {placed.b_to_a.scale:.5f}, which TF cannot carry; without it the area that both"

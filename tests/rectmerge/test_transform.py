@@ -8,6 +8,7 @@ import pytest
 
 from rectmerge.cli import app
 from rectmerge.console import run
+from rectmerge.errors import InputError
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.similarity import Similarity
 from rectmerge.transform import Placed, SharedArea
@@ -159,6 +160,56 @@ def test_a_scale_that_tf_cannot_carry_is_told_with_what_it_costs(merged, tmp_pat
 
     assert rectmerge(monkeypatch, "transform", tmp_path, "--as", "pose") == 0
     assert re.search(r"scale of 1\.02\d+, .* off by 0\.0\d\d m RMS", capsys.readouterr().err)
+
+
+@pytest.fixture(scope="module")
+def ten_times(tmp_path_factory):
+    """The folder of a merge for which B's resolution was told ten times too large."""
+    out = tmp_path_factory.mktemp("ten") / "out"
+    maps = [drawing.DATA / f"building_{name}.yaml" for name in "ab"]
+    with pytest.MonkeyPatch.context() as patch:
+        assert rectmerge(patch, "merge", *maps, "--resolution-b", 0.6, "-o", out) == 0
+    return out
+
+
+RESOLUTIONS = "B's would be 0.06 rather than 0.6, or A's 0.5 rather than 0.05; merge again with the right"
+
+
+@pytest.mark.parametrize("form", ["ros1", "ros2", "pose"])
+@pytest.mark.parametrize("quiet", [[], ["--quiet"]])
+def test_a_scale_that_only_a_wrong_resolution_explains_is_not_left_out(ten_times, monkeypatch, capsys, form, quiet):
+    assert rectmerge(monkeypatch, "transform", ten_times, "--as", form, *quiet) == 2
+
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err.startswith(f"rectmerge: map B fits at a scale of 0.1, so one resolution is wrong: {RESOLUTIONS}")
+    assert len(shown.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("words", [["--as", "matrix"], ["--points", drawing.DATA / "waypoints_b.csv"]])
+def test_what_keeps_the_scale_is_told_whatever_it_is_with_a_note(ten_times, monkeypatch, capsys, words):
+    assert rectmerge(monkeypatch, "transform", ten_times, *words) == 0
+
+    shown = capsys.readouterr()
+    assert shown.out
+    assert RESOLUTIONS in shown.err
+
+
+@pytest.mark.parametrize(("scale", "is_told"), [(1 / 1.11, False), (1 / 1.09, True), (1.09, True), (1.11, False)])
+def test_ten_percent_of_scale_may_be_left_out(scale, is_told):
+    placed = Placed(Similarity(scale), ANSWER.shared, "m")
+
+    assert (placed.out_of_scale == "") == is_told
+    if not is_told:
+        with pytest.raises(InputError, match="one resolution is wrong; merge again"):
+            placed.line("pose")
+
+
+def test_a_pose_of_maps_in_cells_is_refused_with_their_remedy():
+    placed = Placed(Similarity(0.06), SharedArea((4.0, 2.0), 1.5, "cells"), "m")
+
+    with pytest.raises(InputError, match=r"scale of 0\.06: map B is in cells, .* --resolution-b METRES"):
+        placed.line("pose")
 
 
 def test_points_are_carried_to_a_file(merged, monkeypatch, tmp_path):
