@@ -93,7 +93,8 @@ def told_inputs(
     Returns
     -------
     dict
-        By "a" and "b": ``given``, ``path`` from the folder, how it was read, and the resolution that came of it.
+        By "a" and "b": ``given``, ``path`` from the folder, how it was read, and the resolution and frame that came
+        of it.
     """
     return {
         name: {
@@ -104,6 +105,7 @@ def told_inputs(
             "strict_thresholds": one.strict,
             "resolution": one.resolution,
             "metres_per_cell": None if grid is None else grid.resolution,
+            "frame": None if grid is None else grid.frame,
         }
         for name, one, grid in zip("ab", (a, b), grids, strict=True)
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
@@ -20,6 +21,7 @@ from rectmerge.similarity import Similarity
 Form = Literal["ros1", "ros2", "matrix", "pose"]
 FORMS: tuple[Form, ...] = get_args(Form)
 SAMPLED_CELLS = 20_000
+FRAMES = ("map_a", "map_b")  # where the maps tell none
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,19 +105,24 @@ class Placed:
         which = "" if self.resolutions is None else f": {right_resolutions(*self.resolutions, self.b_to_a.scale)}"
         return f"{fits}, so one resolution is wrong{which}; merge again with the right --resolution-b or --resolution-a"
 
-    def line(self, form: Form, *, parent: str = "map_a", child: str = "map_b") -> str:
+    def line(self, form: Form, *, parent: str = FRAMES[0], child: str = FRAMES[1]) -> str:
         """Tell the placement in a form that programs take: all but "matrix" without scale.
+
+        The frames' names are quoted for the shell where they need it.
 
         Raises
         ------
         InputError
             If it is to be a line for TF, which is in metres, and a map is in cells; or it is to be without scale, but
-            B's is more than 10 % off.
+            B's is more than 10 % off; or the frames' names are none that TF takes.
         """
         if form in ("ros1", "ros2") and self.in_cells:
             raise InputError(f"TF is in metres: {self.in_cells}")
         if form != "matrix" and self.out_of_scale:
             raise InputError(f"{self.out_of_scale} (--as matrix keeps the scale)")
+        if form in ("ros1", "ros2"):
+            _require_frames(parent, child)
+            parent, child = shlex.quote(parent), shlex.quote(child)
         rigid = self.rigid
         yaw = math.remainder(rigid.angle, math.tau)
         if form == "ros1":
@@ -135,11 +142,12 @@ class Placed:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a merge's folder tells: the verdict, its reason, and the candidates, best first."""
+    """What a merge's folder tells: verdict, reason, the candidates, best first, and the names of A's and B's frame."""
 
     verdict: Verdict
     reason: str
     candidates: tuple[Placed, ...]
+    frames: tuple[str | None, str | None] = (None, None)
 
     @classmethod
     def of(cls, file: AnswerFile) -> Answer:
@@ -153,13 +161,28 @@ class Answer:
         with file.refusing():
             resolutions = _resolutions(file)
             placed = (_placed(one, resolutions) for one in file.told["candidates"])
-            return cls(file.verdict, file.reason, tuple(placed))
+            a, b = (name if isinstance(name := file.told_of(one, "frame"), str) else None for one in "ab")
+            return cls(file.verdict, file.reason, tuple(placed), (a, b))
+
+    def named(self, parent: str | None, child: str | None) -> tuple[str, str]:
+        """Return the frames' names: as given, else as the maps tell them where they differ, else `FRAMES`."""
+        a, b = self.frames
+        known = (a, b) if a and b and a != b else FRAMES
+        return (known[0] if parent is None else parent), (known[1] if child is None else child)
 
     def candidate(self, number: int) -> Placed:
         """Return a candidate, 1 being the best; refuses a number that there is not."""
         if not 1 <= number <= len(self.candidates):
             raise InputError(f"there is no candidate {number}; the answer holds {len(self.candidates)}")
         return self.candidates[number - 1]
+
+
+def _require_frames(parent: str, child: str) -> None:
+    for option, name in (("--parent", parent), ("--child", child)):
+        if not name.strip() or not name.isprintable():
+            raise InputError(f"{option} must name a frame, got {name!r}")
+    if parent == child:
+        raise InputError(f"TF takes no frame to itself, but both are {parent!r}; name them with --parent and --child")
 
 
 def _resolutions(file: AnswerFile) -> tuple[float, float] | None:

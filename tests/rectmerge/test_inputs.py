@@ -52,6 +52,7 @@ def test_paths_are_told_from_the_folder_and_name_nothing_of_the_machine(maps):
         "strict_thresholds": True,
         "resolution": 0.1,
         "metres_per_cell": None,
+        "frame": None,
     }
     assert told["b"]["path"] == "../../b/building_b.pgm"
     assert {name: told["b"][name] for name in LEVELS} == LEVELS

@@ -10,6 +10,7 @@ from rectmerge.cli import app
 from rectmerge.console import run
 from rectmerge.errors import InputError
 from rectmerge.grid import pixels_to_map_frame
+from rectmerge.mapfile import read_map
 from rectmerge.similarity import Similarity
 from rectmerge.transform import Placed, SharedArea
 from tests import drawing
@@ -266,8 +267,52 @@ def test_points_are_not_written_over_what_is_read_or_was_merged(
 
 
 @pytest.mark.parametrize(
+    ("frames", "words", "parent", "child"),
+    [
+        (("robot1/map", "robot2/map"), [], "robot1/map", "robot2/map"),
+        (("robot1/map", "robot2/map"), ["--parent", "world"], "world", "robot2/map"),
+        (("map", "map"), [], "map_a", "map_b"),
+        (("robot1/map", None), [], "map_a", "map_b"),
+        ((None, None), ["--parent", "a b", "--child", "$HOME"], "'a b'", "'$HOME'"),
+    ],
+)
+def test_frames_are_as_named_else_as_bags_say(merged, tmp_path, monkeypatch, capsys, frames, words, parent, child):
+    found = json.loads((merged / "alignment.json").read_text())
+    for name, frame in zip("ab", frames, strict=True):
+        found["inputs"][name]["frame"] = frame
+    (tmp_path / "alignment.json").write_text(json.dumps(found))
+
+    assert rectmerge(monkeypatch, "transform", tmp_path, "--as", "ros1", *words) == 0
+    assert capsys.readouterr().out.endswith(f" {parent} {child}\n")
+    assert rectmerge(monkeypatch, "transform", tmp_path, "--as", "ros2", *words) == 0
+    assert capsys.readouterr().out.endswith(f" --frame-id {parent} --child-frame-id {child}\n")
+
+
+def test_a_merge_of_bags_tells_their_frames(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("rosbags")
+    from tests.rectmerge import bags
+
+    messages = []
+    for name in "ab":
+        grid = read_map(drawing.DATA / f"building_{name}.yaml")
+        x, y, yaw = grid.origin
+        changes = {"cells": grid.occupancy, "resolution": grid.resolution, "at": (x, y, 0.0), "turn": bags.level(yaw)}
+        messages.append((f"/{name}/map", bags.GRID, {**changes, "frame": f"{name}/map"}))
+    bag = bags.write(tmp_path, "mcap", messages)
+
+    assert rectmerge(monkeypatch, "merge", f"{bag}:/a/map", f"{bag}:/b/map", "-o", tmp_path / "out") == 0
+    capsys.readouterr()
+    assert rectmerge(monkeypatch, "transform", tmp_path / "out") == 0
+    assert capsys.readouterr().out.endswith(" --frame-id a/map --child-frame-id b/map\n")
+
+
+@pytest.mark.parametrize(
     ("words", "message"),
     [
+        (["--parent", ""], "--parent must name a frame, got ''"),
+        (["--child", " "], "--child must name a frame, got ' '"),
+        (["--child", "a\nb"], r"--child must name a frame, got 'a\nb'"),
+        (["--parent", "map_b"], "TF takes no frame to itself, but both are 'map_b'"),
         (["--as", "tf"], "--as"),
         (["--candidate", "99"], "there is no candidate 99"),
         (["-o", "x.csv"], "--points"),
