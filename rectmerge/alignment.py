@@ -170,6 +170,17 @@ class Alignment:
         }
 
 
+def right_resolutions(a: float, b: float, ratio: float) -> str:
+    """Tell what either resolution would be, were it the wrong one, where maps fit at `ratio` times what both tell.
+
+    Examples
+    --------
+    >>> right_resolutions(0.05, 0.6, 0.1)
+    "B's would be 0.06 rather than 0.6, or A's 0.5 rather than 0.05"
+    """
+    return f"B's would be {b * ratio:.3g} rather than {b:.6g}, or A's {a / ratio:.3g} rather than {a:.6g}"
+
+
 class Method(Protocol):
     """A way to align two maps: a frozen dataclass with a name, its parameters as fields, and `align`."""
 

@@ -57,6 +57,13 @@ class AnswerFile:
         """The folder of the merge."""
         return self.path.parent
 
+    def told_of(self, name: str, key: str) -> Any:
+        """Return what is told of map "a" or "b" under ``inputs``; None where it is not."""
+        entry: Any = self.told
+        for part in ("inputs", name, key):
+            entry = entry.get(part) if isinstance(entry, Mapping) else None
+        return entry
+
     def refusing(self) -> contextlib.AbstractContextManager[None]:
         """Turn what is missing or of no use in `told` into an `InputError` that names the file."""
         return _refusing(self.path)

@@ -198,7 +198,8 @@ def _grid_of(message: Any, name: str) -> OccupancyGrid:
     try:
         yaw = _yaw_of(info.origin.orientation)
         resolution = float(str(np.float32(info.resolution)))
-        grid = OccupancyGrid(known.reshape(height, width)[::-1], resolution, (place.x, place.y, yaw))
+        frame = str(message.header.frame_id).lstrip("/") or None  # tf2 knows no leading slash, though ROS 1 wrote it
+        grid = OccupancyGrid(known.reshape(height, width)[::-1], resolution, (place.x, place.y, yaw), frame)
     except InputError as error:
         raise MapFileError(f"{name}: {error}; its publisher must mend that") from None
     if why := unusable(grid):

@@ -42,6 +42,8 @@ class OccupancyGrid:
         Metres per cell, or None where it is not known.
     origin
         (x, y, yaw) in metres (cells where `resolution` is None) and radians.
+    frame
+        The name of the map frame, as a bag tells it; None where it is not told.
 
     Raises
     ------
@@ -52,6 +54,7 @@ class OccupancyGrid:
     occupancy: NDArray[np.int8]
     resolution: float | None = None
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    frame: str | None = None
 
     def __post_init__(self) -> None:
         array = np.ascontiguousarray(self.occupancy)

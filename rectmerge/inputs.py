@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -76,7 +76,9 @@ class Input:
         return (grid if self.resolution is None else replace(grid, resolution=self.resolution)), notes
 
 
-def told_inputs(folder: str | Path, a: Input, b: Input) -> dict[str, Any]:
+def told_inputs(
+    folder: str | Path, a: Input, b: Input, *, grids: Sequence[OccupancyGrid | None] = (None, None)
+) -> dict[str, Any]:
     """Lay the maps of a merge out for the ``inputs`` of ``alignment.json``.
 
     Parameters
@@ -85,11 +87,14 @@ def told_inputs(folder: str | Path, a: Input, b: Input) -> dict[str, Any]:
         The merge's; the maps' paths are told from there, so that all may move together.
     a, b
         The maps.
+    grids
+        What was read of them, where it is at hand.
 
     Returns
     -------
     dict
-        By "a" and "b": ``given``, ``path`` from the folder, and how it was read.
+        By "a" and "b": ``given``, ``path`` from the folder, how it was read, and the resolution and frame that came
+        of it.
     """
     return {
         name: {
@@ -99,8 +104,10 @@ def told_inputs(folder: str | Path, a: Input, b: Input) -> dict[str, Any]:
             "dialect": one.dialect,
             "strict_thresholds": one.strict,
             "resolution": one.resolution,
+            "metres_per_cell": None if grid is None else grid.resolution,
+            "frame": None if grid is None else grid.frame,
         }
-        for name, one in (("a", a), ("b", b))
+        for name, one, grid in zip("ab", (a, b), grids, strict=True)
     }
 
 

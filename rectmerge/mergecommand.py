@@ -132,7 +132,7 @@ def merge(
     found = _with_quality(placing.answer(grid_a, grid_b, method=solver, scale=bounds, seed=seed), grid_a, grid_b)
     pictures, merged = _results(found, grid_a, grid_b, wins, cells)
     certificate = _certify(found, grid_a, grid_b, bounds, certify_seconds) if found and certify else None
-    told = lay_out(found, grid_a, grid_b) | {"inputs": told_inputs(output, *inputs)}
+    told = lay_out(found, grid_a, grid_b) | {"inputs": told_inputs(output, *inputs, grids=(grid_a, grid_b))}
     if certificate is not None:
         told["certificate"] = certificate.as_dict()
     is_shaded = merged is not None and wins in SHADING and has_shades(merged)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal, Protocol, cast, get_args, get_origin,
 import cattrs
 import numpy as np
 
-from rectmerge.alignment import Alignment, Method, ScaleReport, ScaleSource
+from rectmerge.alignment import Alignment, Method, ScaleReport, ScaleSource, right_resolutions
 from rectmerge.errors import InputError, MethodError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
@@ -264,6 +264,8 @@ def _search_freely(
     if 1 / EXPECTED_WITHIN <= ratio <= EXPECTED_WITHIN:
         return found, "search"
     hint = f"the maps fit at {ratio:.2f} times the scale their resolutions tell: is one resolution wrong?"
+    if a.resolution is not None and b.resolution is not None:
+        hint = f"{hint} {right_resolutions(a.resolution, b.resolution, ratio)}"
     return dataclasses.replace(found, reason=f"{found.reason}; {hint}"), "search"
 
 

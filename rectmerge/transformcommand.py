@@ -26,10 +26,15 @@ def transform(
     candidate: Annotated[
         int | None, typer.Option(min=1, metavar="K", help="A candidate, 1 the best, where none is accepted.")
     ] = None,
-    parent: Annotated[str, typer.Option(help="The frame of map A.")] = "map_a",
-    child: Annotated[str, typer.Option(help="The frame of map B.")] = "map_b",
+    parent: Annotated[
+        str | None, typer.Option(metavar="FRAME", help="The frame of map A; else its bag's, else map_a.")
+    ] = None,
+    child: Annotated[
+        str | None, typer.Option(metavar="FRAME", help="The frame of map B; else its bag's, else map_b.")
+    ] = None,
     points: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Points of map B, CSV or GeoJSON, to be carried to map A.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Points of map B, to be carried to map A: CSV, GeoJSON or nav2's YAML."),
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Where these go.")] = None,
     quiet: console.Quiet = False,
@@ -37,11 +42,13 @@ def transform(
 ) -> None:
     """Print where map B lies on map A as other programs take it: as a line for TF, a matrix, or a pose x y yaw.
 
-    The parent is the frame of map A, the child that of map B. TF carries no scale: where map B is to be scaled, the
-    transform is fitted anew without scale, and stderr tells by how much that misses. With --points the points of a file
-    are carried from B's map frame to A's instead, scale and all. A map without resolution is in cells: stderr says so,
-    and there is no line for TF, which is in metres. Where the merge said no and no candidate is named, the status is
-    that of the merge, 1 or 3.
+    The parent is the frame of map A, the child that of map B: where bags name both, and not alike, these names stand
+    unless others are given. TF carries no scale: where map B is to be scaled, the transform is fitted anew without
+    scale, and stderr tells by how much that misses. With --points the points of a file are carried from B's map frame
+    to A's instead, scale and all: columns x and y, and headings in columns, or properties of a Point, named yaw, theta
+    or heading (radians), yaw_deg, theta_deg or heading_deg, or qz and qw. A map without resolution is in cells: stderr
+    says so, and there is no line for TF, which is in metres. Where the merge said no and no candidate is named, the
+    status is that of the merge, 1 or 3.
     """
     from rectmerge.answerfile import AnswerFile
     from rectmerge.imagefile import replace_file
@@ -65,7 +72,8 @@ def transform(
         _refuse(output, points, file)
         told = carry_points(_text(points), points.name, placed.b_to_a)
     else:
-        told = placed.line(known[form], parent=parent, child=child) + "\n"
+        frame_a, frame_b = answer.named(parent, child)
+        told = placed.line(known[form], parent=frame_a, child=frame_b) + "\n"
     for note in () if quiet else _notes(placed, has_scale=points is not None or form == "matrix"):
         console.say(f"rectmerge: {note}")
     if output is None:
@@ -78,6 +86,8 @@ def _notes(placed: Placed, *, has_scale: bool) -> Iterator[str]:
     """Tell what numbers alone do not: that they are not in metres, and what they miss where they lack the scale."""
     if placed.in_cells:
         yield placed.in_cells
+    elif placed.out_of_scale:
+        yield placed.out_of_scale
     if not has_scale and placed.misfit >= TOLD_FROM:
         yield (
             f"map B fits at a scale of {placed.b_to_a.scale:.5f}, which TF cannot carry; without it the area that both"

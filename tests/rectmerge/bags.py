@@ -25,7 +25,7 @@ def level(yaw: float) -> tuple[float, float, float, float]:
 
 
 def map_message(ros: int = 2, **changes: Any) -> Any:
-    """An OccupancyGrid of ROS 1 or 2 that shows `LAID`; changes are `cells`, `size`, `resolution`, `at`, `turn`."""
+    """An OccupancyGrid that shows `LAID`; changes are `cells`, `size`, `resolution`, `at`, `turn` and `frame`."""
     types = STORES[ros].types
     cells = np.array(changes.get("cells", LAID), np.int8)
     width, height = changes.get("size", cells.shape[::-1])
@@ -43,7 +43,7 @@ def map_message(ros: int = 2, **changes: Any) -> Any:
         height=height,
         origin=pose,
     )
-    header = types["std_msgs/msg/Header"](**first, stamp=time, frame_id="map")
+    header = types["std_msgs/msg/Header"](**first, stamp=time, frame_id=changes.get("frame", "map"))
     return types[GRID](header=header, info=info, data=cells[::-1].ravel())
 
 

@@ -28,6 +28,12 @@ def test_a_map_is_read_upright_with_its_frame(tmp_path, kind):
     assert grid.occupancy.tolist() == [list(row) for row in LAID]
     assert grid.resolution == 0.05
     assert grid.origin == pytest.approx((1.0, -2.0, 0.5), abs=1e-12)
+    assert grid.frame == "map"
+
+
+@pytest.mark.parametrize(("told", "frame"), [("robot1/map", "robot1/map"), ("/robot1/map", "robot1/map"), ("", None)])
+def test_a_frame_is_named_as_tf2_names_it(tmp_path, told, frame):
+    assert read_map(bags.write(tmp_path, "bag", [("/map", GRID, {"frame": told})])).frame == frame
 
 
 @pytest.mark.parametrize("kind", ["db3", "mcap"])

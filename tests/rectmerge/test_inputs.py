@@ -51,6 +51,8 @@ def test_paths_are_told_from_the_folder_and_name_nothing_of_the_machine(maps):
         "dialect": "ros1",
         "strict_thresholds": True,
         "resolution": 0.1,
+        "metres_per_cell": None,
+        "frame": None,
     }
     assert told["b"]["path"] == "../../b/building_b.pgm"
     assert {name: told["b"][name] for name in LEVELS} == LEVELS

@@ -72,7 +72,7 @@ def test_auto_searches_freely_when_the_ratio_finds_nothing_and_says_so():
 
     assert found.scale.source == "search"
     assert "1.50 times" in found.reason
-    assert "is one resolution wrong?" in found.reason
+    assert "is one resolution wrong? B's would be 0.075 rather than 0.05, or A's 0.0333 rather than" in found.reason
 
 
 def test_auto_keeps_the_refusal_when_a_free_search_finds_nothing_either():

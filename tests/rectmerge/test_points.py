@@ -19,7 +19,132 @@ def test_csv_keeps_its_other_columns():
     text = "name,y,x\ndoor,2.0,1.0\n\nlift,0,0\n"
 
     assert carry_points(text, "way.csv", TURNED) == "name,y,x\ndoor,2.000000,6.000000\nlift,0.000000,10.000000\n"
-    assert carry_points("1.0,2.0,a\n", "w.csv", Similarity(tx=1.0)) == "2.000000,2.000000,a\n"
+    assert carry_points("1.0,2.0\n", "w.csv", Similarity(tx=1.0)) == "2.000000,2.000000\n"
+
+
+@pytest.mark.parametrize("text", ["x;note;y\n1;a,b;2\n", "x\tnote\ty\n1\ta,b\t2\n"])
+def test_a_csv_is_written_by_the_separator_that_its_heading_line_has(text):
+    expected = text.replace("1", "6.000000").replace("2", "2.000000")
+
+    assert carry_points(text, "way.csv", TURNED) == expected
+
+
+def test_comments_stay_as_they_are_and_where_they_are():
+    text = '# by hand, "so\nx,y,note\n#1,2\n1,2,"two\n# lines"\n# end'
+
+    found = carry_points(text, "way.csv", TURNED)
+
+    assert found == '# by hand, "so\nx,y,note\n#1,2\n6.000000,2.000000,"two\n# lines"\n# end'
+
+
+UNNAMED = "name the columns x and y in a heading line, by commas, semicolons or tabs; line"
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("5,1,2\n6,3,4\n", "1: '5,1,2'"),
+        ("1,2\n3,4,5\n", "2: '3,4,5'"),
+        ("# x y yaw\n1,2,3\n", "2: '1,2,3'"),
+        ("1\n", "1: '1'"),
+        ("1;2\n", "1: '1;2'"),
+        ("1\t2\n", r"1: '1\\t2'"),
+        ("pose_x,pose_y\n1,2\n", "1: 'pose_x,pose_y'"),
+        ("name,x\nlift,2\n", "1: 'name,x'"),
+    ],
+)
+def test_columns_are_not_guessed(text, shown):
+    with pytest.raises(InputError, match=f"^p.csv: not CSV with columns x and y: {UNNAMED} {shown}$"):
+        carry_points(text, "p.csv", TURNED)
+
+
+@pytest.mark.parametrize(
+    ("name", "before", "after"),
+    [
+        ("yaw", "0.5", math.pi / 2 + 0.5),
+        (" Theta ", "-0.5", math.pi / 2 - 0.5),
+        ("HEADING", "3", 3 - 1.5 * math.pi),
+        ("yaw", f"{math.pi / 2}", math.pi),
+        ("yaw_deg", "100", -170),
+        ("heading_deg", "90", 180),
+        ("theta_deg", "-450", 0),
+    ],
+)
+def test_a_heading_is_turned_with_its_point_and_lies_within_half_a_turn(name, before, after):
+    table = carry_points(f"x,{name},y\n1,{before},2\n", "way.csv", TURNED)
+    feature = carried({"type": "Feature", "geometry": PLACE, "properties": {name: float(before), "id": 7}})
+
+    heads, cells = table.splitlines()
+    assert heads == f"x,{name},y"
+    assert float(cells.split(",")[1]) == pytest.approx(after, abs=1e-7)
+    assert feature["properties"] == {name: pytest.approx(after, abs=1e-7), "id": 7}
+
+
+@pytest.mark.parametrize("before", ["q", "orientation.", "Orientation_"])
+def test_a_quaternion_is_turned_with_its_point(before):
+    yaw = 0.3
+    text = f"x,y,{before}z,{before}w\n1,2,{math.sin(yaw / 2)},{math.cos(yaw / 2)}\n"
+
+    *_, z, w = map(float, carry_points(text, "way.csv", TURNED).splitlines()[1].split(","))
+
+    assert 2 * math.atan2(z, w) == pytest.approx(math.pi / 2 + yaw, abs=1e-7)
+
+
+def test_a_tilted_quaternion_turns_about_the_vertical_and_keeps_its_tilt():
+    up = (0.1, -0.2, 0.3, 0.927362)  # x, y, z, w
+    names = ["qx", "qy", "qz", "qw"]
+
+    found = carried({"type": "Feature", "geometry": PLACE, "properties": dict(zip(names, up, strict=True))})
+
+    s = c = math.sqrt(0.5)  # of half the turn
+    x, y, z, w = up
+    expected = [c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z]
+    assert [found["properties"][name] for name in names] == pytest.approx(expected, abs=1e-8)
+
+
+def test_an_empty_heading_stays_empty():
+    assert carry_points("x,y,yaw,qz,qw\n1,2,,,\n", "w.csv", TURNED).endswith("\n6.000000,2.000000,,,\n")
+    assert carried({"type": "Feature", "geometry": PLACE, "properties": {"yaw": None}})["properties"] == {"yaw": None}
+
+
+@pytest.mark.parametrize(
+    ("heads", "cells", "message"),
+    [
+        ("yaw", "90", "yaw: 90 is more than a turn in radians; name it yaw_deg if in degrees"),
+        ("yaw", "north", "yaw: 'north' is not a finite number"),
+        ("yaw_deg", "inf", "yaw_deg: 'inf' is not a finite number"),
+        ("qz", "0.1", "qz and qw belong together"),
+        ("qx,qz,qw", "0,0,1", "qx and qy belong together"),
+        ("qx,qy", "0,0", "qx and qy are no heading without qz and qw"),
+        ("qz,qw", "0,0", "qx, qy, qz, qw: a quaternion of zeros is no heading"),
+    ],
+)
+def test_a_heading_that_cannot_be_turned_is_refused(heads, cells, message):
+    with pytest.raises(InputError, match=f"^way.csv: not CSV .*: line 3: {message}"):
+        carry_points(f"x,y,{heads}\n# one\n1,2,{cells}\n", "way.csv", TURNED)
+
+
+@pytest.mark.parametrize("name", ["x", "y", "yaw", "qz"])
+def test_a_name_that_stands_twice_is_refused(name):
+    with pytest.raises(InputError, match=f"line 1: two columns are named {name}"):
+        carry_points(f"x,y,yaw,qz,qw, {name.upper()}\n1,2,0,0,1,0\n", "way.csv", TURNED)
+    with pytest.raises(InputError, match="yaw is told twice"):
+        carried({"type": "Feature", "geometry": PLACE, "properties": {"yaw": 1, "Yaw": 2}})
+
+
+def test_what_looks_like_a_heading_and_stays_is_told(caplog):
+    line = {"type": "LineString", "coordinates": [[0, 0], [1, 1]]}
+    features = [
+        {"type": "Feature", "geometry": PLACE, "properties": {"yaw": 0, "name": "lift"}},
+        {"type": "Feature", "geometry": line, "properties": {"Yaw": 0, "orientation": 1, "heading": None}},
+        {"type": "Feature", "geometry": None, "properties": None},
+    ]
+
+    carried({"type": "FeatureCollection", "features": features})
+    carry_points("x,y,Angle,name\n1,2,0,lift\n", "way.csv", TURNED)
+
+    told = [message.split(" stays")[0] for message in caplog.messages]
+    assert told == ["property orientation", "property Yaw", "column angle"]
 
 
 @pytest.mark.parametrize(
@@ -29,8 +154,7 @@ def test_csv_keeps_its_other_columns():
         ("\n \n", "the file is empty"),
         ("x,y\n", "not CSV with columns x and y: it holds no points"),
         ("x,y\n1,2\n\n3\n", "not CSV .*: line 4 has too few columns: '3'"),
-        ("1\n", "not CSV .*: line 1 has too few columns: '1'"),
-        ("name,x\nlift,2\n", "not CSV .*: line 1: 'name' is not a finite number"),
+        ("# none\n", "not CSV with columns x and y: it holds no points"),
         ('x,y,"a\nb"\n1,2,3\n1,two,3\n', "not CSV .*: line 4: 'two' is not a finite number"),
         ("x,y\nnan,1\n", "not CSV .*: line 2: 'nan' is not a finite number"),
         ("x,y\n1e308,1e308\n", "not CSV .*: a coordinate is not a finite number, or too large"),

@@ -1,36 +1,16 @@
-import json
 import math
 import re
-import shutil
 
 import numpy as np
 import pytest
 
-from rectmerge.cli import app
-from rectmerge.console import run
+from rectmerge.errors import InputError
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.similarity import Similarity
 from rectmerge.transform import Placed, SharedArea
 from tests import drawing
 
 ANSWER = Placed(Similarity(1.02, 0.5, 3.0, -1.0), SharedArea((4.0, 2.0), 1.5), "m")
-
-
-def rectmerge(monkeypatch, *words):
-    monkeypatch.setattr("sys.argv", ["rectmerge", *map(str, words)])
-    return run(app, "rectmerge")
-
-
-@pytest.fixture(scope="module")
-def merged(tmp_path_factory):
-    """The folder of a merge of the committed maps."""
-    out = tmp_path_factory.mktemp("merged") / "out"
-    with pytest.MonkeyPatch.context() as patch:
-        assert (
-            rectmerge(patch, "merge", drawing.DATA / "building_a.yaml", drawing.DATA / "building_b.yaml", "-o", out)
-            == 0
-        )
-    return out
 
 
 def told(text):
@@ -87,163 +67,18 @@ def test_the_shared_area_is_what_both_maps_show():
     assert pixels_to_map_frame(pixels, a, b).apply(shared.centre) == pytest.approx(expected, abs=0.05)
 
 
-@pytest.fixture(scope="module")
-def write_units(merged, tmp_path_factory):
-    """Write the answer of a merge anew, with the units of both maps."""
+@pytest.mark.parametrize(("scale", "is_told"), [(1 / 1.11, False), (1 / 1.09, True), (1.09, True), (1.11, False)])
+def test_ten_percent_of_scale_may_be_left_out(scale, is_told):
+    placed = Placed(Similarity(scale), ANSWER.shared, "m")
 
-    def write(unit_a, unit_b):
-        told = json.loads((merged / "alignment.json").read_text())
-        for one in told["candidates"]:
-            one["b_to_a"]["unit"], one["shared"]["unit"] = unit_a, unit_b
-        folder = tmp_path_factory.mktemp("units")
-        (folder / "alignment.json").write_text(json.dumps(told))
-        return folder
-
-    return write
+    assert (placed.out_of_scale == "") == is_told
+    if not is_told:
+        with pytest.raises(InputError, match="one resolution is wrong; merge again"):
+            placed.line("pose")
 
 
-@pytest.mark.parametrize("form", ["ros1", "ros2"])
-@pytest.mark.parametrize(
-    ("units", "message"),
-    [
-        (("cells", "cells"), "maps A and B are in cells, not in metres; merge again with --resolution-a METRES and"),
-        (("cells", "m"), "map A is in cells, not in metres; merge again with --resolution-a METRES\n"),
-        (("m", "cells"), "map B is in cells, not in metres; merge again with --resolution-b METRES\n"),
-    ],
-)
-def test_there_is_no_line_for_tf_in_cells(write_units, monkeypatch, capsys, form, units, message):
-    assert rectmerge(monkeypatch, "transform", write_units(*units), "--as", form) == 2
+def test_a_pose_of_maps_in_cells_is_refused_with_their_remedy():
+    placed = Placed(Similarity(0.06), SharedArea((4.0, 2.0), 1.5, "cells"), "m")
 
-    shown = capsys.readouterr()
-    assert shown.out == ""
-    assert shown.err.startswith(f"rectmerge: TF is in metres: {message}")
-
-
-@pytest.mark.parametrize("words", [["--as", "pose"], ["--as", "matrix"], ["--points", "way.csv"]])
-def test_what_is_in_cells_is_told_as_such(write_units, tmp_path, monkeypatch, capsys, words):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "way.csv").write_text("x,y\n1,2\n")
-
-    assert rectmerge(monkeypatch, "transform", write_units("cells", "cells"), *words) == 0
-    in_cells = capsys.readouterr()
-    assert rectmerge(monkeypatch, "transform", write_units("m", "m"), *words) == 0
-    in_metres = capsys.readouterr()
-
-    assert in_cells.out == in_metres.out
-    assert in_cells.err.startswith("rectmerge: maps A and B are in cells, not in metres; ")
-    assert "in cells" not in in_metres.err
-
-
-def test_a_merge_tells_the_units_of_both_maps(tmp_path, monkeypatch):
-    plain = drawing.DATA / "building_b.pgm"
-    assert rectmerge(monkeypatch, "merge", drawing.DATA / "building_a.yaml", plain, "-o", tmp_path) == 0
-
-    (first, *_) = json.loads((tmp_path / "alignment.json").read_text())["candidates"]
-    assert (first["b_to_a"]["unit"], first["shared"]["unit"]) == ("m", "cells")
-
-
-def test_a_merge_becomes_a_line_for_tf(merged, monkeypatch, capsys):
-    assert rectmerge(monkeypatch, "transform", merged, "--as", "ros2", "--parent", "world") == 0
-
-    shown = capsys.readouterr()
-    found = json.loads((merged / "alignment.json").read_text())
-    assert "--frame-id world --child-frame-id map_b" in shown.out
-    assert told(shown.out)[2] == pytest.approx(math.remainder(found["b_to_a"]["angle_rad"], math.tau), abs=1e-6)
-    assert "off by" not in shown.err  # the resolutions were right: nothing to tell
-
-
-def test_a_scale_that_tf_cannot_carry_is_told_with_what_it_costs(merged, tmp_path, monkeypatch, capsys):
-    found = json.loads((merged / "alignment.json").read_text())
-    found["candidates"][0]["b_to_a"]["scale"] *= 1.02
-    (tmp_path / "alignment.json").write_text(json.dumps(found))
-
-    assert rectmerge(monkeypatch, "transform", tmp_path, "--as", "pose") == 0
-    assert re.search(r"scale of 1\.02\d+, .* off by 0\.0\d\d m RMS", capsys.readouterr().err)
-
-
-def test_points_are_carried_to_a_file(merged, monkeypatch, tmp_path):
-    (tmp_path / "way.csv").write_text("x,y\n0.5,0.5\n")
-
-    assert (
-        rectmerge(monkeypatch, "transform", merged, "--points", tmp_path / "way.csv", "-o", tmp_path / "on_a.csv") == 0
-    )
-
-    found = json.loads((merged / "alignment.json").read_text())["b_to_a"]
-    placed = Similarity(found["scale"], found["angle_rad"], *found["translation"])
-    assert told((tmp_path / "on_a.csv").read_text()) == pytest.approx(placed.apply([0.5, 0.5]), abs=1e-6)
-
-
-def test_a_spreadsheets_mark_is_no_part_of_the_first_heading(merged, monkeypatch, tmp_path, capsys):
-    (tmp_path / "way.csv").write_text("x,y\n0.5,0.5\n", encoding="utf-8-sig")
-
-    assert rectmerge(monkeypatch, "transform", merged, "--points", tmp_path / "way.csv") == 0
-    assert capsys.readouterr().out.startswith("x,y\n")
-
-
-@pytest.mark.parametrize(
-    ("output", "message"),
-    [
-        ("way.csv", "is an input"),
-        ("link.csv", "is an input"),
-        ("out/alignment.json", "is an input"),
-        ("answer.json", "is an input"),
-        ("folder/merged.pgm", "is for a result"),
-        ("folder/overlay_7.png", "is for a result"),
-        ("picture.csv", "is for a result"),
-    ],
-)
-@pytest.mark.parametrize("named", ["out", "folder", "answer.json"])
-def test_points_are_not_written_over_what_is_read_or_was_merged(
-    merged, monkeypatch, tmp_path, capsys, named, output, message
-):
-    shutil.copytree(merged, tmp_path / "out")
-    (tmp_path / "way.csv").write_text("x,y\n0.5,0.5\n")
-    links = {
-        "link.csv": "way.csv",
-        "folder": "out",
-        "answer.json": "out/alignment.json",
-        "picture.csv": "out/overlay.png",
-    }
-    for link, target in links.items():
-        (tmp_path / link).symlink_to(target)
-    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-    monkeypatch.chdir(tmp_path)
-
-    assert rectmerge(monkeypatch, "transform", named, "--points", "way.csv", "-o", output) == 2
-    assert f"rectmerge: {output}: {message}" in capsys.readouterr().err
-    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--as", "tf"], "--as"),
-        (["--candidate", "99"], "there is no candidate 99"),
-        (["-o", "x.csv"], "--points"),
-        (["--points", "none.csv"], "none.csv: cannot be read"),
-    ],
-)
-def test_bad_use_is_one_line(merged, monkeypatch, capsys, words, message):
-    assert rectmerge(monkeypatch, "transform", merged, *words) == 2
-    assert message in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("content", [None, "{", "[]", '{"verdict": "accepted", "candidates": [{}]}'])
-def test_a_folder_without_an_answer_is_named(tmp_path, monkeypatch, capsys, content):
-    if content is not None:
-        (tmp_path / "alignment.json").write_text(content)
-
-    assert rectmerge(monkeypatch, "transform", tmp_path) == 2
-    assert "alignment.json" in capsys.readouterr().err
-
-
-def test_a_no_is_told_with_its_reason_and_a_candidate_can_be_taken(tmp_path, merged, monkeypatch, capsys):
-    found = json.loads((merged / "alignment.json").read_text()) | {"verdict": "rejected", "reason": "no wall"}
-    count = len(found["candidates"])
-    (tmp_path / "alignment.json").write_text(json.dumps(found))
-
-    assert rectmerge(monkeypatch, "transform", tmp_path) == 1
-    shown = capsys.readouterr()
-    assert shown.err == f"rectmerge: {tmp_path}: rejected, no wall; --candidate K takes one of its {count}\n"
-    assert not shown.out
-    assert rectmerge(monkeypatch, "transform", tmp_path, "--candidate", "1") == 0
+    with pytest.raises(InputError, match=r"scale of 0\.06: map B is in cells, .* --resolution-b METRES"):
+        placed.line("pose")
