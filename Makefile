@@ -11,10 +11,10 @@ demo: $(MARK)-sim
 	$(BIN)/rectbench demo -o demo --force
 
 test: $(MARK)-all
-	$(BIN)/python -m pytest --numprocesses auto
+	$(BIN)/python -m pytest
 
 test-fast: $(MARK)-all
-	$(BIN)/python -m pytest --numprocesses auto -m "not slow and not sim and not real"
+	$(BIN)/python -m pytest -m "not slow and not sim and not real"
 
 check: $(MARK)-all
 	$(BIN)/ruff check .

@@ -19,7 +19,7 @@ from rectmerge.peers.consensus import agreed_similarity, mutual_matches
 from rectmerge.peers.images import middle_scale, resize, working_factors
 from rectmerge.peers.stitching import stitch
 
-MOST_KEYPOINTS = 8_000  # the strongest; the time of matching grows with their square, and crowded maps have no end
+MOST_KEYPOINTS = 4_000  # the strongest; the time of matching grows with their square, and crowded maps have no end
 DETECTORS: dict[str, Callable[[], cv2.Feature2D]] = {
     "akaze": functools.partial(cv2.AKAZE.create, max_points=MOST_KEYPOINTS),
     "orb": cv2.ORB.create,
@@ -63,7 +63,7 @@ class Keypoints:
     image stitching using invariant features", IJCV 74(1), 2007, DOI 10.1007/s11263-006-0002-3. The image is the
     occupancy as unsigned bytes, as a merger of ROS sees it: unknown is 255, occupied 100 and free 0. Of two maps the
     biggest component is both or one, which `accept_at` alone decides. The plain variant is our choice, its parameters
-    included; ROS shrinks no map, and takes every keypoint where we take the 8,000 strongest.
+    included; ROS shrinks no map, and takes every keypoint where we take the 4,000 strongest.
 
     Extended for unknown scale: stitching fits similarities, so nothing but that an answer outside the bounds does not
     count; where the bounds tell a scale, B is resized by it first.
