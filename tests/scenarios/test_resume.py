@@ -201,7 +201,7 @@ def test_progress_is_shown_on_a_terminal_only(tmp_path, pairs):
 
 
 @pytest.mark.slow
-def test_the_parents_memory_does_not_grow_with_ten_thousand_pairs_that_take_less_than_a_minute(tmp_path):
+def test_the_parents_memory_does_not_grow_with_ten_thousand_pairs_and_their_time_only_with_their_number(tmp_path):
     def measured(count):
         pairs, started = tiny_pairs(tmp_path / f"set{count}", count), time.monotonic()
         process = start("run", pairs, "-m", "paper", "-o", tmp_path / f"run{count}", "--workers", 2)
@@ -210,8 +210,8 @@ def test_the_parents_memory_does_not_grow_with_ten_thousand_pairs_that_take_less
         assert process.returncode == 0
         return used.ru_maxrss / 1024, time.monotonic() - started
 
-    few_mb, _ = measured(500)
+    few_mb, few_seconds = measured(500)
     many_mb, seconds = measured(10_000)
 
     assert many_mb < few_mb + 20
-    assert seconds < 60
+    assert seconds < 1.5 * 20 * few_seconds
