@@ -218,7 +218,7 @@ def add_surface(
 
 
 @kernel
-def add_surfaces(
+def set_equations(
     matrix: NDArray[np.float64],
     vector: NDArray[np.float64],
     placement: tuple[float, float, float, float],
@@ -266,7 +266,7 @@ def fit_to_surfaces(
     squares, matched, inside = 0.0, 0, 0
     for step in range(len(reaches)):
         stride = strides[step]
-        squares, matched, inside = add_surfaces(
+        squares, matched, inside = set_equations(
             matrix, vector, p, points_b[::stride], index_a, surface_a, points_a[::stride], index_b, surface_b,
             reaches[step],
         )  # fmt: skip

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.fitting import add_surfaces, fit_to_fields, fit_to_surfaces
+from rectmerge._kernels.fitting import fit_to_fields, fit_to_surfaces, set_equations
 from rectmerge._kernels.placements import invert
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.cells import MapCells
@@ -170,7 +170,7 @@ def fit_surfaces(
     exact = np.array(fitted)
     if share < LEAST_MATCHED:  # what is told of the placement is measured where it stays
         exact = placement
-        squares, partners, _ = add_surfaces(
+        squares, partners, _ = set_equations(
             normal, np.zeros(4), start, points_b, a.index, a.cells, points_a, b.index, b.cells, REACH_CELLS[-1]
         )
         square = squares / max(1, partners)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rectmerge._kernels.fitting import add_surfaces, inverse, nearest_facing, slopes, solve, stepped
+from rectmerge._kernels.fitting import inverse, nearest_facing, set_equations, slopes, solve, stepped
 from rectmerge._kernels.placements import invert
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.robust.cells import MapCells
@@ -289,7 +289,7 @@ def test_a_fit_that_is_refused_tells_of_the_placement_that_stays():
 
     fit = fitted(start, a, b)
 
-    squares, partners, _ = add_surfaces(
+    squares, partners, _ = set_equations(
         np.zeros((4, 4)), np.zeros(4), tuple(start), points[0], one.index, one.cells, points[1], two.index, two.cells,
         REACH_CELLS[-1],
     )  # fmt: skip
