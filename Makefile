@@ -41,7 +41,7 @@ picture: demo
 
 # The documentation as a site in site/; the page of commands is made anew.
 docs: $(MARK)-all
-	$(BIN)/python -m scenarios.commandpage > docs/commands.md
+	$(BIN)/python -m scenarios.cli.docs_page > docs/commands.md
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 clean:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rectmerge.alignment import Alignment, Candidate
-    from rectmerge.composition import compose
+    from rectmerge.composing.compose import compose
     from rectmerge.errors import InputError, MapFileError, MethodError, RectMergeError
     from rectmerge.grid import OccupancyGrid
-    from rectmerge.mapfile import read_map, write_map
+    from rectmerge.io.map_file import read_map, write_map
     from rectmerge.methods import align, make_method
     from rectmerge.similarity import Similarity
 
@@ -25,10 +25,10 @@ _HOME = {
     "RectMergeError": "errors",
     "Similarity": "similarity",
     "align": "methods",
-    "compose": "composition",
+    "compose": "composing.compose",
     "make_method": "methods",
-    "read_map": "mapfile",
-    "write_map": "mapfile",
+    "read_map": "io.map_file",
+    "write_map": "io.map_file",
 }
 __all__ = [
     "Alignment",

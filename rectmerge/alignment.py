@@ -9,8 +9,8 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.analysis.overlap import Agreement, measure_agreement
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
-from rectmerge.overlap import Agreement, measure_agreement
 from rectmerge.similarity import Similarity
 
 Verdict = Literal["accepted", "ambiguous", "rejected"]
@@ -31,7 +31,7 @@ class Candidate:
     confidence
         Probability that this placement is right, 0..1.
     overlap, conflict
-        As in `rectmerge.overlap.Agreement`.
+        As in `rectmerge.analysis.overlap.Agreement`.
     covariance
         Shape (4, 4) over (angle, ln scale, tx, ty) about the centroid of the overlap, in A's map frame; None where
         the method has none.

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, SimulationError
 from rectmerge.extras import missing
-from sim.lidar import Reading
 from sim.meshes import cut, facets, mesh
+from sim.sensors.lidar import Reading
 from sim.world import Prism, World
 
 WHEEL_RADIUS_M, TRACK_M = 0.05, 0.28  # as in robot.urdf

@@ -65,7 +65,7 @@ def tilted(degrees: float) -> tuple[OccupancyGrid, Similarity]:
 
 
 if __name__ == "__main__":
-    from rectmerge.mapfile import write_map
+    from rectmerge.io.map_file import write_map
 
     drawn = building(resolution=0.05, origin=(-2.0, -1.5, 0.0))
     write_map(drawn, DATA / "building_a.yaml")

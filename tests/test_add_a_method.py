@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.mistakes import MISTAKES
+from scenarios.bench.mistakes import MISTAKES
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "add-a-method.md").read_text(encoding="utf-8")

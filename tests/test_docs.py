@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.scenario import load_suite
+from scenarios.suites.suite import load_suite
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted((ROOT / "docs").glob("*.md"))

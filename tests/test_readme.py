@@ -7,8 +7,9 @@ import pytest
 import typer
 
 import rectmerge as rm
-from rectmerge import cli, console
-from scenarios import cli as bench_cli
+from rectmerge.cli import console
+from rectmerge.cli import main as cli
+from scenarios.cli import main as bench_cli
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -11,9 +11,10 @@ import pytest
 import typer
 
 import rectmerge as rm
-from rectmerge import cli, console
-from scenarios import cli as bench_cli
-from scenarios import commandpage
+from rectmerge.cli import console
+from rectmerge.cli import main as cli
+from scenarios.cli import docs_page as commandpage
+from scenarios.cli import main as bench_cli
 from tests.rectmerge import bags
 
 ROOT = Path(__file__).parents[1]

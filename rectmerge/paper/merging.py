@@ -10,6 +10,8 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 
 from rectmerge.alignment import Alignment, Candidate
+from rectmerge.analysis.dominant_angle import dominant_angle
+from rectmerge.analysis.specks import remove_specks
 from rectmerge.errors import InputError, RectMergeError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.paper.iteration import Match, match_triangles, overlay
@@ -17,9 +19,7 @@ from rectmerge.paper.orientation import orthogonal_orientation, smallest_turn
 from rectmerge.paper.placing import CanvasError, PlacedImage, ResampleFrom
 from rectmerge.paper.rmap import RMap, rmap
 from rectmerge.paper.triangles import shared_triangles
-from rectmerge.projection import dominant_angle
 from rectmerge.similarity import Similarity
-from rectmerge.specks import remove_specks
 
 BOUNDS_SLACK = 0.05  # how far the scale found may leave its bounds
 RUNAWAY = 2.0  # beyond its bounds and its start, 1, by more than this factor, a scale is not worth another pass

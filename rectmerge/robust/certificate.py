@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from rectmerge._kernels.shrinking import known_bounds
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.robust.cells import MapCells, trinary
-from rectmerge.robust.facescore import STEPS_PER_NAT, Boxes, FaceScore, Placements, Shares, total
+from rectmerge.robust.face_score import STEPS_PER_NAT, Boxes, FaceScore, Placements, Shares, total
 from rectmerge.robust.features import extract_features
-from rectmerge.robust.sides import QUARTER
+from rectmerge.robust.trinary_map import MapCells, trinary
+from rectmerge.robust.wall_faces import QUARTER
 from rectmerge.similarity import Similarity
 
 MARGIN = 0.1  # what scores less than this share below the accepted placement comes close to it

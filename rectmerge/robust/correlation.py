@@ -15,9 +15,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge.robust.distances import ON_BORDER
+from rectmerge.robust.distance_codes import ON_BORDER
 from rectmerge.robust.likelihood import WallNoise
-from rectmerge.robust.sides import Sides
+from rectmerge.robust.wall_faces import Sides
 
 CELLS = 3.0  # working cells per cell that is correlated
 MOST_CELLS = 180.0  # along the diagonal of A; a larger map is correlated in larger cells

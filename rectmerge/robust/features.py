@@ -16,8 +16,8 @@ from rectmerge._kernels.profiles import profile_energies
 from rectmerge._kernels.shrinking import count_walls, known_bounds, specks_of_few
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN
 from rectmerge.rectangles import maximal_rectangles
-from rectmerge.robust.cells import MapCells
-from rectmerge.robust.distances import BINS, ON_BORDER, distance_codes, distance_to
+from rectmerge.robust.distance_codes import BINS, ON_BORDER, distance_codes, distance_to
+from rectmerge.robust.trinary_map import MapCells
 
 DIAGONAL_CELLS = 400.0  # of the working grid
 LARGEST_DIAGONAL_CELLS = 1000.0  # of the working grid of a map with narrow passages
@@ -49,7 +49,7 @@ class Features:
     distance
         Shape (h, w), float32: from each working cell to the next wall cell, in working cells.
     distance_bins
-        Shape (h, w), uint8: the same as codes of `rectmerge.robust.distances`.
+        Shape (h, w), uint8: the same as codes of `rectmerge.robust.distance_codes`.
     """
 
     factor: float

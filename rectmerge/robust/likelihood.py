@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import add_bent_scores, add_scores, invert
-from rectmerge.robust.distances import BINS, EDGES_CELLS, IN_UNKNOWN
+from rectmerge.robust.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
 from rectmerge.robust.features import Features
 
 STEPS_PER_NAT = 1024  # likelihoods are whole numbers of this step

@@ -9,23 +9,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from rectmerge.alignment import Alignment, Candidate, Verdict
+from rectmerge.analysis.overlap import Agreement, Comparison
+from rectmerge.analysis.quality import measure_quality
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.overlap import Agreement, Comparison
-from rectmerge.quality import measure_quality
 from rectmerge.robust import reasons
-from rectmerge.robust.cells import MapCells, trinary
+from rectmerge.robust.confidence_model import bent_handicap
 from rectmerge.robust.features import (
     QUARTER_TURN_DEG,
     rectangles_in_frame,
 )
 from rectmerge.robust.hints import Hint
-from rectmerge.robust.model import bent_handicap
-from rectmerge.robust.reading import ReadMap
+from rectmerge.robust.prepared_map import ReadMap
 from rectmerge.robust.refinement import RIVAL_POINTS, SURFACE_POINTS, Fit, Surface, fit_surfaces, to_pixels
 from rectmerge.robust.search import Ranking, Search
+from rectmerge.robust.trinary_map import MapCells, trinary
 from rectmerge.robust.verdict import ACCEPT_AT, Evidence, judge, others, share
-from rectmerge.robust.weighing import Scales
+from rectmerge.robust.wall_agreement import Scales
 from rectmerge.similarity import Similarity
 
 REFINED_BEYOND = 0.05  # refinement may leave the bounds of the scale by this share

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rectmerge.alignment import Verdict
-from rectmerge.overlap import Agreement
+from rectmerge.analysis.overlap import Agreement
 from rectmerge.robust.verdict import ACCEPT_AT, Evidence, without
 
 LEAST_FREE_CELLS = 1500  # of the working grid; less shows no room

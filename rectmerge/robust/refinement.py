@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from rectmerge._kernels.fitting import fit_to_fields, fit_to_surfaces, set_equations
 from rectmerge._kernels.placements import invert
 from rectmerge.grid import OccupancyGrid
-from rectmerge.robust.cells import MapCells
 from rectmerge.robust.features import Features
+from rectmerge.robust.trinary_map import MapCells
 from rectmerge.similarity import Similarity
 
 BROAD = (16.0, 12.0, 8.0, 8.0)  # working cells

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import distinct
+from rectmerge.robust.confidence_model import bent_odds, plausibility, rigid_odds
 from rectmerge.robust.correlation import correlate, scales_within
 from rectmerge.robust.features import Features, Frame
 from rectmerge.robust.hypotheses import propose
 from rectmerge.robust.likelihood import BENDING_NOISE, JUDGED_NOISES, SEARCH_NOISE, Judge, WallNoise
-from rectmerge.robust.model import bent_odds, plausibility, rigid_odds
 from rectmerge.robust.refinement import BROAD, FINE, NARROW, ONTO_BENT, ONTO_RIGID, refine
-from rectmerge.robust.sides import Sides
-from rectmerge.robust.weighing import Scales, Weights
+from rectmerge.robust.wall_agreement import Scales, Weights
+from rectmerge.robust.wall_faces import Sides
 
 SCREEN_POINTS = (40, 200)  # wall points of each map in the two screenings
 SEARCH_POINTS, FINAL_POINTS = 300, 800  # wall points of each map in the two refinements

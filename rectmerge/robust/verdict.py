@@ -34,11 +34,11 @@ class Evidence:
     likelihood, support
         Log-likelihood ratio of all walls against chance, and per wall point of the map that has fewer.
     judged, met, near, far, things, things_met, things_far, missing, overlap, iou
-        As in `rectmerge.robust.weighing.Weights`.
+        As in `rectmerge.robust.wall_agreement.Weights`.
     matched
         Share of the wall surface in the overlap that lies within 2.5 cells of the other map's.
     conflict
-        As in `rectmerge.overlap.Agreement`.
+        As in `rectmerge.analysis.overlap.Agreement`.
     slack_cells
         Standard deviation of the placement in its least certain direction, in cells of the map that stays.
     is_at_limit

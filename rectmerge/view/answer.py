@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from rectmerge.alignment import Verdict
-from rectmerge.answerfile import AnswerFile
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
+from rectmerge.results.alignment_json import AnswerFile
 from rectmerge.similarity import Similarity
 
 SAME = 1e-6  # two placements that differ by no more, relatively, are one

@@ -6,7 +6,7 @@ import json
 from importlib.resources import files
 from typing import Any
 
-from rectmerge.resultfolder import plain
+from rectmerge.results.folder import plain
 
 
 def text_of(name: str, package: str = "rectmerge.view") -> str:

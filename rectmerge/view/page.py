@@ -9,8 +9,8 @@ from pathlib import Path
 from string import Template
 
 from rectmerge.grid import OccupancyGrid
-from rectmerge.inputs import GREYS, Input
 from rectmerge.paper.rmap import rmap
+from rectmerge.results.inputs import GREYS, Input
 from rectmerge.similarity import Similarity
 from rectmerge.view.answer import ShownAnswer
 from rectmerge.view.embedding import as_script, text_of

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from PIL import Image
 
+from rectmerge.analysis.downscaling import Shrunk
 from rectmerge.grid import OccupancyGrid
-from rectmerge.shrinking import Shrunk
 from rectmerge.similarity import Similarity
 
 # Okabe and Ito's blue and vermilion for the walls of A and B, and light tints of them for free space; 0 is clear

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rectmerge.errors import InputError
-from scenarios.contest import Contest, contest_of
-from scenarios.dataset import is_dataset
-from scenarios.leaderboard.entrants import EVERYBODY
-from scenarios.scenario import load_suite
+from scenarios.bench.entrants import EVERYBODY
+from scenarios.bench.plan import Contest, contest_of
+from scenarios.dataset.reader import is_dataset
+from scenarios.suites.suite import load_suite
 
 SUITES = ("standard", "headline", "sweep-overlap", "sweep-noise", "sweep-scale", "sweep-accuracy", "sweep-drift")
 REAL = ("real_maps", "real_lasers")

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from rectmerge.errors import InputError
-from rectmerge.imagefile import replace_file
-from scenarios.headline import markdown
-from scenarios.outputs import cleared_folder
+from rectmerge.io.image_file import replace_file
+from scenarios.execution.files import cleared_folder
 from scenarios.report.charts import COLOURS, MARKERS
+from scenarios.studies.headline import markdown
 
 PAGE, PLOT = "README.md", "growth.svg"
 Times = Mapping[str, Mapping[int, float]]  # what was timed, by name and by the side of the maps: seconds

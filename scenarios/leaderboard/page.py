@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from scenarios.headline import markdown
 from scenarios.leaderboard.contests import REAL
 from scenarios.leaderboard.prediction import OVERLAPS, kendall_tau, matched_overlap, successes
 from scenarios.report.reading import TRACKS, Contest, Runs
 from scenarios.report.standings import as_cells, standings
+from scenarios.studies.headline import markdown
 
 COLUMNS = ("right and accepted", "best right", "wrong", "false merges", "failed", "AURC", "e, cells", "CPU s")
 PREDICTING = "standard"

@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from itertools import combinations, pairwise
 
+from scenarios.bench.rows import Row
 from scenarios.report.reading import Contest
 from scenarios.report.standings import rate_of
-from scenarios.rows import Row
-from scenarios.statistics import Rate
+from scenarios.scoring.statistics import Rate
 
 OVERLAPS = (0.15, 0.3, 0.5, 0.7, 1.0001)
 

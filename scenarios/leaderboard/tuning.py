@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from rectmerge.errors import InputError
-from scenarios.leaderboard.entrants import Entrant
-from scenarios.rows import Row
-from scenarios.scenario import Contender
-from scenarios.score import RIGHT
+from scenarios.bench.entrants import Entrant
+from scenarios.bench.rows import Row
+from scenarios.scoring.score import RIGHT
+from scenarios.suites.suite import Contender
 
 SCORE, THRESHOLD = "score", "accept_at"  # in a candidate's evidence; the field of the method
 

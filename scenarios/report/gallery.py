@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from rectmerge.view.pictures import draw_pair
+from scenarios.bench.rows import Row
 from scenarios.report.reading import Contest, Runs
-from scenarios.rows import Row
 
 SIDE = 256  # pixels of the pictures, at the most
 WORST = ("wrong-accepted", "error", "timeout", "out-of-memory", "rejected", "ambiguous-without-truth")

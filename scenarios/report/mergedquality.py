@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.analysis.overlap import measure_agreement
+from rectmerge.composing.resampling import resample
 from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
-from rectmerge.mapfile import read_map
-from rectmerge.overlap import measure_agreement
-from rectmerge.resampling import resample
+from rectmerge.io.map_file import read_map
 from rectmerge.similarity import Similarity
-from scenarios.dataset import RowSource
-from scenarios.rows import Row
+from scenarios.bench.rows import Row
+from scenarios.dataset.reader import RowSource
 
 TRUTH = "the truth"  # the line of maps merged as they truly lie
 Mask = NDArray[np.bool_]
@@ -38,7 +38,7 @@ class Quality:
     omega
         Agreeing over all cells that both maps know.
     overlap
-        As in `rectmerge.overlap.Agreement`.
+        As in `rectmerge.analysis.overlap.Agreement`.
     """
 
     occupied_f1: float

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from rectmerge.errors import InputError
-from scenarios.bench import DATASET, read_rows
-from scenarios.dataset import RowSource, is_dataset, open_dataset
-from scenarios.resume import MACHINE, RECORD
-from scenarios.rows import Row
+from scenarios.bench.resume import MACHINE, RECORD
+from scenarios.bench.rows import Row
+from scenarios.bench.run import DATASET, read_rows
+from scenarios.dataset.reader import RowSource, is_dataset, open_dataset
 
 TRACKS = {False: "unknown scale", True: "known scale"}
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.accuracy import count, is_right, median_error_px
+from scenarios.bench.rows import Row
 from scenarios.report.reading import Contest
-from scenarios.rows import Row
-from scenarios.statistics import Rate, clustered_rate
-from scenarios.trust import answered, calibration_error
+from scenarios.scoring.statistics import Rate, clustered_rate
+from scenarios.studies.accuracy import count, is_right, median_error_px
+from scenarios.studies.trust import answered, calibration_error
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

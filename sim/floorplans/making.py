@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import SimulationError
 from rectmerge.extras import missing
-from sim.driving import DriveField, drivable, standing_spot
 from sim.floorplans.apartment import Apartment
 from sim.floorplans.clutter import Clutter
 from sim.floorplans.drafting import Pen
@@ -27,6 +26,7 @@ from sim.floorplans.spec import WorldSpec
 from sim.floorplans.twowing import TwoWing
 from sim.floorplans.visiting import Furniture, Leaves, change, shut
 from sim.floorplans.warehouse import Warehouse
+from sim.motion.driving import DriveField, drivable, standing_spot
 from sim.world import Prism, World
 
 DRAFTS = 20

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
-from rectmerge.imagefile import require_file
+from rectmerge.io.image_file import require_file
 from sim.importers.carmenlines import FLASER, ROBOTLASER, Laser, finite, require_words, scan_of
-from sim.odometry import between, compose, wrapped
+from sim.slam.odometry import between, compose, wrapped
 
 STEPS_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 400: 0.25, 401: 0.25, 540: 0.5, 541: 0.5}  # by readings
 FARTHEST_READING_M, NEAR_FARTHEST_M = 80.0, 0.01  # from there on a SICK reports error codes

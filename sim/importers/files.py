@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError, MapFileError, SimulationError
 from rectmerge.extras import missing
 from rectmerge.grid import FREE, UNKNOWN, OccupancyGrid
-from rectmerge.imagefile import read_pixels, require_file
-from rectmerge.levels import infer_levels
-from rectmerge.mapfile import YAML_SUFFIXES, is_yaml, read_map
+from rectmerge.io.grey_levels import infer_levels
+from rectmerge.io.image_file import read_pixels, require_file
+from rectmerge.io.map_file import YAML_SUFFIXES, is_yaml, read_map
 from sim.importers.grids import NARROWEST_M, world_from_grid
 from sim.world import World
 

@@ -10,11 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.analysis.specks import remove_specks
 from rectmerge.errors import InputError, SimulationError
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
 from rectmerge.paper.rmap import rmap
-from rectmerge.specks import remove_specks
-from sim.driving import drivable, standing_spot
+from sim.motion.driving import drivable, standing_spot
 from sim.world import Prism, Room, World
 
 HEIGHT_M = 2.5

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from sim.importers.carmen import CarmenLog
-from sim.lidar import Lidar
-from sim.mapping import build_map
-from sim.missionlog import FEWEST_SCANS, RobotLog
-from sim.odometry import between, compose
-from sim.posing import Slam, match_scans
+from sim.missions.log import FEWEST_SCANS, RobotLog
+from sim.sensors.lidar import Lidar
+from sim.slam.mapping import build_map
+from sim.slam.odometry import between, compose
+from sim.slam.pose_sources import Slam, match_scans
 
 PoseChoice = Literal["auto", "log", "match"]
 STILL_M, STILL_RAD = 0.05, math.radians(2.0)  # a scan that moved less since the last one shows nothing new
@@ -106,8 +106,8 @@ def survey(
     Notes
     -----
     A scan is kept where the robot moved by 5 cm or 2 degrees since the last that was. Scans are matched as
-    `sim.posing.match_scans` does, with loop closure, from the odometry; the longer the way, the fewer scans are key
-    scans, so that there are a thousand or two at the most.
+    `sim.slam.pose_sources.match_scans` does, with loop closure, from the odometry; the longer the way, the fewer scans
+    are key scans, so that there are a thousand or two at the most.
     """
     pose_choice(poses)
     is_matched = poses == "match" or (poses == "auto" and log.poses is None)

@@ -11,14 +11,15 @@ import cv2
 import numpy as np
 import pytest
 
-from rectmerge import cli, console
+from rectmerge.analysis.quality import measure_quality
+from rectmerge.cli import console
+from rectmerge.cli import main as cli
 from rectmerge.grid import OccupancyGrid
-from rectmerge.mapfile import write_map
+from rectmerge.io.map_file import write_map
 from rectmerge.methods import align, available, make_method
-from rectmerge.quality import measure_quality
 from rectmerge.rectangles import maximal_rectangles
-from rectmerge.robust.cells import MapCells, trinary
 from rectmerge.robust.features import extract_features
+from rectmerge.robust.trinary_map import MapCells, trinary
 from tests.bench.bench_paper import noisy_pair
 
 SIDES = (400, 1000, 2000, 4000)

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from sim.floorplans import Office, make_world
-from sim.mapping import build_map
-from sim.mission import MissionLog, MissionSpec, RobotSpec, run_mission
-from sim.posing import estimate_poses
+from sim.missions.mission import MissionLog, MissionSpec, RobotSpec, run_mission
+from sim.slam.mapping import build_map
+from sim.slam.pose_sources import estimate_poses
 from sim.world import World
 
 AIM_PER_MINUTE = {"pybullet": 9, "compiled": 12}

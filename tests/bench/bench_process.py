@@ -12,11 +12,11 @@ from tests import drawing
 
 A, B = (str(drawing.DATA / f"building_{name}.yaml") for name in "ab")
 WHOLE_S = 1.5
-IMPORTS = "import rectmerge.cli, rectmerge.composition, rectmerge.mapfile, rectmerge.picture, rectmerge.robust.method"
+IMPORTS = "import rectmerge.cli.main, rectmerge.composing.compose, rectmerge.io.map_file, rectmerge.drawing.maps, rectmerge.robust.method"
 ACTIONS = {
     "bare-python": ["-c", "pass"],
     "imports-only": ["-c", IMPORTS],
-    "merge": ["-c", "from rectmerge.cli import main; main()", "merge", A, B, "--force", "-o"],
+    "merge": ["-c", "from rectmerge.cli.main import main; main()", "merge", A, B, "--force", "-o"],
 }
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sim.bullet import physics
-from sim.casting import Caster
 from sim.floorplans import Office, make_world
+from sim.sensors.ray_casting import Caster
 
 AIM_M_RAYS_S = 5.0
 HEIGHT_M, REACH_M = 0.25, 12.0

@@ -86,7 +86,7 @@ def drawn_headline() -> Pair:
 def simulated_headline() -> Pair:
     """Simulate the first pair of the suite `headline` at noise level 1."""
     pytest.importorskip("pybullet")
-    from scenarios.scenario import load_suite
+    from scenarios.suites.suite import load_suite
 
     *_, pair = load_suite("headline").sources()[0].pairs()
     return pair.a, pair.b
@@ -117,7 +117,7 @@ def test_real_sensor_hard_beside_akaze(benchmark):
     folder = os.environ.get("RECTMERGE_REAL_MAPS")
     if not folder:
         pytest.skip("RECTMERGE_REAL_MAPS does not name the folder of the real maps")
-    from scenarios.dataset import open_dataset
+    from scenarios.dataset.reader import open_dataset
 
     ratios, seconds, pairs = [], [], []
     for source in open_dataset(Path(folder) / "real_maps"):

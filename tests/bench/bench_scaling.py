@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.scenario import SUITES
+from scenarios.suites.suite import SUITES
 
 SUITE, MISSIONS, PAIRS_EACH = "sweep-noise", 96, 4  # minutes, so that the start of workers does not count
 AIM_EFFICIENCY = 0.85

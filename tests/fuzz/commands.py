@@ -6,7 +6,8 @@ import shutil
 from pathlib import Path
 
 import rectmerge as rm
-from rectmerge import cli, console
+from rectmerge.cli import console
+from rectmerge.cli import main as cli
 from tests.fuzz.grids import Cells
 
 ANSWERS = {console.YES, console.NO, console.AMBIGUOUS}

@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from rectmerge import console
+from rectmerge.cli import console
 from rectmerge.errors import MapFileError
-from rectmerge.mapfile import map_files, read_map
+from rectmerge.io.map_file import map_files, read_map
 from tests.fuzz.commands import run
 
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")

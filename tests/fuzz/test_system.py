@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from rectmerge import console
+from rectmerge.cli import console
 from tests import drawing
 from tests.fuzz import grids
 from tests.fuzz.commands import run, save
 
 A, B = (drawing.DATA / f"building_{name}.yaml" for name in "ab")
-COMMAND = [sys.executable, "-c", "from rectmerge.cli import main; main()"]
+COMMAND = [sys.executable, "-c", "from rectmerge.cli.main import main; main()"]
 ROOT = Path(__file__).parents[2]
 OURS = re.compile(r'File ".*(?:rectmerge|scenarios)/[^"]+", line \d+, in (?!<module>)')  # a call of ours in a traceback
 

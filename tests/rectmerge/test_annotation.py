@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rectmerge.annotation import MOST_CIRCLES, circle_spots, draw_origins, find_spots, round_length, with_title
+from rectmerge.drawing.annotation import MOST_CIRCLES, circle_spots, draw_origins, find_spots, round_length, with_title
 
 
 @settings(max_examples=50, deadline=None)

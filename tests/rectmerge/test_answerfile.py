@@ -4,9 +4,10 @@ import json
 
 import pytest
 
-from rectmerge import cli, console
-from rectmerge.answerfile import AnswerFile
+from rectmerge.cli import console
+from rectmerge.cli import main as cli
 from rectmerge.errors import InputError
+from rectmerge.results.alignment_json import AnswerFile
 from tests import drawing
 
 A, B = (drawing.DATA / f"building_{name}.yaml" for name in "ab")

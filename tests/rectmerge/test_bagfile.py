@@ -12,9 +12,9 @@ import pytest
 from rosbags import rosbag1, rosbag2
 
 import rectmerge as rm
-from rectmerge.bagfile import bag_files, is_bag, read_bag_map, split_bag
 from rectmerge.errors import MapFileError
-from rectmerge.mapfile import map_files, read_map
+from rectmerge.io.bag_file import bag_files, is_bag, read_bag_map, split_bag
+from rectmerge.io.map_file import map_files, read_map
 from tests.rectmerge import bags
 from tests.rectmerge.bags import GRID, KINDS, LAID, TEXT, level
 

@@ -9,14 +9,18 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from rectmerge import cli, console, methods, overlay, picture
+from rectmerge import methods
 from rectmerge.alignment import Alignment, Candidate
-from rectmerge.answertext import describe
-from rectmerge.composition import compose
-from rectmerge.dialects import Legend
+from rectmerge.cli import console
+from rectmerge.cli import main as cli
+from rectmerge.cli.summary import describe
+from rectmerge.composing.compose import compose
+from rectmerge.drawing import maps as picture
+from rectmerge.drawing import overlay
 from rectmerge.grid import OccupancyGrid, map_frame_to_pixels, pixels_to_map_frame
-from rectmerge.mapfile import read_map, write_map
-from rectmerge.mapheader import read_header
+from rectmerge.io.dialects import Legend
+from rectmerge.io.map_file import read_map, write_map
+from rectmerge.io.map_yaml import read_header
 from rectmerge.similarity import Similarity
 from tests import drawing
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rectmerge.composition import RULES, compose
+from rectmerge.composing.compose import RULES, compose
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.similarity import Similarity

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 import typer
 
-from rectmerge import __version__, console
+from rectmerge import __version__
+from rectmerge.cli import console
 from rectmerge.errors import MapFileError
 
 ENDS = {

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from rectmerge.dialects import Legend, grey_levels, occupancy_table, read_cells
 from rectmerge.errors import InputError, MapFileError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.imagefile import Pixels
-from rectmerge.mapfile import read_map, write_map
-from rectmerge.mapheader import read_header
+from rectmerge.io.dialects import Legend, grey_levels, occupancy_table, read_cells
+from rectmerge.io.image_file import Pixels
+from rectmerge.io.map_file import read_map, write_map
+from rectmerge.io.map_yaml import read_header
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "data" / "dialects.json").read_text(encoding="utf-8"))["tables"]
 NAV2_TESTS = {  # nav2_map_server/test/unit/test_map_io.cpp: grey -> cell

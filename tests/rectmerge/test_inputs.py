@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from rectmerge.answerfile import AnswerFile
 from rectmerge.errors import InputError
-from rectmerge.inputs import Input, inputs_of, told_inputs
-from rectmerge.mapfile import read_map
+from rectmerge.io.map_file import read_map
+from rectmerge.results.alignment_json import AnswerFile
+from rectmerge.results.inputs import Input, inputs_of, told_inputs
 from tests import drawing
 
 LEVELS = {"free": 254, "occupied": 0, "unknown": 205}

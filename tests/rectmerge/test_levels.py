@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from rectmerge.errors import InputError
-from rectmerge.levels import Levels, infer_levels
-from rectmerge.mapfile import read_image
+from rectmerge.io.grey_levels import Levels, infer_levels
+from rectmerge.io.map_file import read_image
 from tests import drawing
 
 

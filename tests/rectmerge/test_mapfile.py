@@ -13,7 +13,7 @@ from PIL import Image
 
 from rectmerge.errors import MapFileError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.mapfile import map_files, read_image, read_map, write_map
+from rectmerge.io.map_file import map_files, read_image, read_map, write_map
 from tests import drawing
 
 DATA = Path(__file__).parents[1] / "data"

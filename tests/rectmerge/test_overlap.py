@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from rectmerge.analysis.overlap import measure_agreement
 from rectmerge.grid import OccupancyGrid
-from rectmerge.overlap import measure_agreement
 from rectmerge.similarity import Similarity
 from tests import drawing
 

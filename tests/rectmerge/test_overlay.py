@@ -5,9 +5,10 @@ import cv2
 import numpy as np
 import pytest
 
-from rectmerge import overlay, picture
+from rectmerge.drawing import maps as picture
+from rectmerge.drawing import overlay
+from rectmerge.drawing.overlay import draw_overlay
 from rectmerge.grid import OccupancyGrid
-from rectmerge.overlay import draw_overlay
 from rectmerge.similarity import Similarity
 from tests import drawing
 

@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from rectmerge import picture
-from rectmerge.composition import compose
+from rectmerge.composing.compose import compose
+from rectmerge.drawing import maps as picture
 from rectmerge.grid import OccupancyGrid
 from rectmerge.rectangles import Rectangle
 from rectmerge.similarity import Similarity

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import rectmerge as rm
-from rectmerge import cli, console
-from rectmerge.placing import Placing, moved_cells, parse_guess, parse_pixels
+from rectmerge.cli import console
+from rectmerge.cli import main as cli
+from rectmerge.cli.placement_source import Placing, moved_cells, parse_guess, parse_pixels
 from tests import drawing
 
 A, B = (str(drawing.DATA / f"building_{name}.yaml") for name in "ab")

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rectmerge.analysis.dominant_angle import dominant_angle, wall_points
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.projection import dominant_angle, wall_points
 from tests.rectmerge.paper import plans
 
 PLAN = plans.floor_plan()

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
+from rectmerge.analysis.quality import measure_quality
 from rectmerge.grid import OccupancyGrid
-from rectmerge.quality import measure_quality
 from tests import drawing
 
 

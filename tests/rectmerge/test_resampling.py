@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rectmerge.composing.resampling import resample
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.resampling import resample
 from rectmerge.similarity import Similarity
 from tests import drawing
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import InputError, MapFileError
-from rectmerge.resultfolder import ResultFolder
+from rectmerge.results.folder import ResultFolder
 from tests import drawing
 
 GREY = np.zeros((2, 2), np.uint8)

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from rectmerge.composing.rules import RULES, combine_evidence, merge_layers
 from rectmerge.errors import InputError
-from rectmerge.rules import RULES, combine_evidence, merge_layers
 
 cells = arrays(np.int8, (2, 3), elements=st.integers(-1, 100))
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from rectmerge.analysis.downscaling import Shrunk, between_given, shrunk_bounds
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from rectmerge.shrinking import Shrunk, between_given, shrunk_bounds
 from rectmerge.similarity import Similarity
 
 

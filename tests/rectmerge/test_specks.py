@@ -4,9 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
+from rectmerge.analysis.specks import remove_specks
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.specks import remove_specks
 from tests.rectmerge.paper import plans
 
 CELLS = arrays(np.int8, array_shapes(min_dims=2, max_dims=2, max_side=10), elements=st.sampled_from([-1, 0, 100]))

@@ -7,7 +7,7 @@ import pytest
 from rectmerge.errors import InputError
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.similarity import Similarity
-from rectmerge.transform import Placed, SharedArea
+from rectmerge.transfer.transform import Placed, SharedArea
 from tests import drawing
 
 ANSWER = Placed(Similarity(1.02, 0.5, 3.0, -1.0), SharedArea((4.0, 2.0), 1.5), "m")

@@ -5,9 +5,9 @@ import shutil
 
 import pytest
 
-from rectmerge.cli import app
-from rectmerge.console import run
-from rectmerge.mapfile import read_map
+from rectmerge.cli.console import run
+from rectmerge.cli.main import app
+from rectmerge.io.map_file import read_map
 from rectmerge.similarity import Similarity
 from tests import drawing
 

@@ -4,8 +4,8 @@ import pytest
 import yaml
 
 from rectmerge.errors import InputError
-from rectmerge.points import carry_points
 from rectmerge.similarity import Similarity
+from rectmerge.transfer.points import carry_points
 
 TURNED = Similarity(2.0, math.pi / 2, 10.0, 0.0)  # (x, y) goes to (10 - 2 y, 2 x)
 SAVED = """\

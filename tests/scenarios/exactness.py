@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.grid import OccupancyGrid
-from scenarios.pairs import MapPair
-from sim.lidar import Lidar
-from sim.mapping import build_map
-from sim.missionlog import MissionLog, RobotLog
+from scenarios.pairs.pair import MapPair
+from sim.missions.log import MissionLog, RobotLog
+from sim.sensors.lidar import Lidar
+from sim.slam.mapping import build_map
 
 MOST_POINTS = 1500
 FINER = 5

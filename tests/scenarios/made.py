@@ -14,8 +14,8 @@ import numpy as np
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
-from scenarios.pairs import Explored, MapPair
-from scenarios.placement import PlacedMap
+from scenarios.pairs.map_view import PlacedMap
+from scenarios.pairs.pair import Explored, MapPair
 
 TRUTH = Similarity(1.0, 0.0, 4.0, 2.0)
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
+from rectmerge.analysis.overlap import measure_agreement
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from rectmerge.overlap import measure_agreement
 from rectmerge.similarity import Similarity
-from scenarios.generate import generate
-from scenarios.pairs import MapPair
-from scenarios.scenario import Seeds
-from scenarios.truth import control_point_rmse
+from scenarios.dataset.generate import generate
+from scenarios.pairs.pair import MapPair
+from scenarios.pairs.truth import control_point_rmse
+from scenarios.suites.suite import Seeds
 
 SHIFT = (7, 4)  # of map B's window in the building
 

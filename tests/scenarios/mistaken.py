@@ -12,9 +12,9 @@ import numpy as np
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.similarity import Similarity
-from scenarios.commandmethod import MATRIX
-from scenarios.easypairs import easy_pairs
-from scenarios.pairs import MapPair
+from scenarios.bench.external_program import MATRIX
+from scenarios.pairs.drawn_pairs import easy_pairs
+from scenarios.pairs.pair import MapPair
 
 OFF = Similarity(1.0004, 0.0004, 0.05, -0.04)  # no method is exact
 EXCHANGED = np.array([[0.0, 1.0], [1.0, 0.0]])

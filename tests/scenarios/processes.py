@@ -15,7 +15,7 @@ import numpy as np
 from tests.scenarios.test_dataset import ROW
 
 HOME = Path(__file__).parents[2]
-START = [sys.executable, "-c", "from scenarios.cli import main; main()"]
+START = [sys.executable, "-c", "from scenarios.cli.main import main; main()"]
 
 
 def tiny_pairs(root: Path, count: int) -> Path:

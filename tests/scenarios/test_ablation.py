@@ -3,7 +3,7 @@ import pytest
 
 from rectmerge._kernels.shrinking import SPECK, SURFACE, describe_walls
 from rectmerge.robust import hypotheses
-from scenarios.ablation import ABLATIONS, Ablation, ablated_rows, no_specks
+from scenarios.studies.ablation import ABLATIONS, Ablation, ablated_rows, no_specks
 from tests.scenarios.made import pair
 
 

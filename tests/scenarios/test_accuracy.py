@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from rectmerge.methods import DEFAULT_METHOD, make_method
-from scenarios.accuracy import baseline_of, count, group_of, grouped, real_tasks, regressions, simulated_tasks
-from scenarios.rows import Contender
-from scenarios.scenario import load_suite
-from scenarios.tasks import task_ids
-from scenarios.work import Terms, Work, do
+from scenarios.bench.rows import Contender
+from scenarios.bench.tasks import task_ids
+from scenarios.bench.work import Terms, Work, do
+from scenarios.studies.accuracy import baseline_of, count, group_of, grouped, real_tasks, regressions, simulated_tasks
+from scenarios.suites.suite import load_suite
 
 BASELINE = Path(__file__).parents[2] / "results/robust/baseline.json"
 MAPS = os.environ.get("RECTMERGE_REAL_MAPS")

@@ -13,19 +13,19 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 import rectmerge as rm
-from rectmerge import console
+from rectmerge.cli import console
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from scenarios.bagwriter import encode_bag
-from scenarios.cli import app
-from scenarios.generate import generate
-from scenarios.missionsource import MissionSource
-from scenarios.packing import make
-from scenarios.pairs import Explored, MadeFrom, make_pair
-from scenarios.placement import MapSpec
-from scenarios.recording import record
-from scenarios.scenariospec import Scenario
-from scenarios.verify import verify
+from scenarios.cli.main import app
+from scenarios.dataset.generate import generate
+from scenarios.dataset.packing import make
+from scenarios.dataset.recording import record
+from scenarios.dataset.rosbag import encode_bag
+from scenarios.dataset.verify import verify
+from scenarios.pairs.map_view import MapSpec
+from scenarios.pairs.pair import Explored, MadeFrom, make_pair
+from scenarios.suites.mission_source import MissionSource
+from scenarios.suites.spec import Scenario
 from tests.scenarios.madeset import TinySuite
 from tests.sim.made import walked_log
 

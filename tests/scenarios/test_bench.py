@@ -8,11 +8,11 @@ import pytest
 from rectmerge.errors import InputError
 from rectmerge.methods import align
 from rectmerge.similarity import Similarity
-from scenarios.bench import read_rows, run
-from scenarios.dataset import open_dataset
-from scenarios.limits import Limits
-from scenarios.resume import results_in
-from scenarios.rows import Contender, answer, row_of
+from scenarios.bench.resume import results_in
+from scenarios.bench.rows import Contender, answer, row_of
+from scenarios.bench.run import read_rows, run
+from scenarios.dataset.reader import open_dataset
+from scenarios.execution.limits import Limits
 from tests.scenarios.made import Failing, Fixed, Source, pair
 
 CONTRACT = {

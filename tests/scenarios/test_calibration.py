@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import InputError
-from rectmerge.robust.model import RIGID_TERMS, rigid_terms
-from rectmerge.robust.weighing import Weights
-from scenarios.calibration import AGAINST, Answers, fit, loss, report
+from rectmerge.robust.confidence_model import RIGID_TERMS, rigid_terms
+from rectmerge.robust.wall_agreement import Weights
+from scenarios.studies.calibration import AGAINST, Answers, fit, loss, report
 
 FIELDS = ("judged", "met", "near", "far", "things", "things_met", "things_far", "missing", "overlap", "iou")
 

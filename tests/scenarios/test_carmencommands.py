@@ -3,10 +3,10 @@ import json
 import numpy as np
 import pytest
 
-from rectmerge import console
-from rectmerge.mapfile import read_map
-from scenarios.bench import read_rows
-from scenarios.cli import app
+from rectmerge.cli import console
+from rectmerge.io.map_file import read_map
+from scenarios.bench.run import read_rows
+from scenarios.cli.main import app
 from tests.sim.carmenlogs import flaser, office_walk, robotlaser, written
 from tests.sim.made import wall_distance
 

@@ -4,8 +4,8 @@ import pytest
 import rectmerge as rm
 from rectmerge.errors import InputError, SimulationError
 from rectmerge.grid import OccupancyGrid
-from scenarios.carmenpairs import CarmenSuite
-from scenarios.truth import control_point_rmse
+from scenarios.dataset.from_carmen import CarmenSuite
+from scenarios.pairs.truth import control_point_rmse
 from sim.importers import read_carmen
 from sim.importers.surveys import survey
 from tests.sim.carmenlogs import flaser, office_walk, robotlaser, written

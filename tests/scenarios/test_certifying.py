@@ -1,8 +1,8 @@
 import json
 import shutil
 
-from rectmerge import console
-from scenarios import cli
+from rectmerge.cli import console
+from scenarios.cli import main as cli
 from tests import drawing
 
 

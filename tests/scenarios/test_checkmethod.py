@@ -2,12 +2,12 @@ import sys
 
 import pytest
 
-from rectmerge import console
+from rectmerge.cli import console
 from rectmerge.methods import make_method
-from scenarios import cli
-from scenarios.checkmethod import check_method
-from scenarios.easypairs import VIEWS
-from scenarios.mistakes import MISTAKES
+from scenarios.bench.check_method import check_method
+from scenarios.bench.mistakes import MISTAKES
+from scenarios.cli import main as cli
+from scenarios.pairs.drawn_pairs import VIEWS
 from tests.scenarios.mistaken import Mistaken, Restless, Torn, fail, leave
 
 

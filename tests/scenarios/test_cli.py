@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from rectmerge import console, methods
-from scenarios.bench import read_rows
-from scenarios.cli import app
-from scenarios.contest import contest_of
+from rectmerge import methods
+from rectmerge.cli import console
+from scenarios.bench.plan import contest_of
+from scenarios.bench.run import read_rows
+from scenarios.cli.main import app
 from tests.scenarios.test_dataset import ROW, UNRELATED, write
 
 
@@ -142,7 +143,7 @@ def test_h_is_help(capsys):
 
 def test_help_loads_nothing_heavy():
     code = (
-        "import sys, scenarios.cli\n"
+        "import sys, scenarios.cli.main\n"
         "heavy = {'numpy', 'cv2', 'numba', 'pybullet', 'matplotlib', 'shapely'} & set(sys.modules)\n"
         "sys.exit(str(sorted(heavy)) if heavy else 0)"
     )

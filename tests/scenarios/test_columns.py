@@ -1,7 +1,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenarios.columns import Columns
+from scenarios.dataset.columns import Columns
 
 VALUES = st.none() | st.booleans() | st.integers(0, 9) | st.floats(0, 1) | st.text(max_size=3) | st.just([])
 ROWS = st.lists(st.dictionaries(st.sampled_from("abc"), VALUES), min_size=1, max_size=6)

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import InputError
-from rectmerge.mapfile import read_map
-from scenarios.commandmethod import Program, ProgramError, labelled
-from scenarios.limits import Limits
-from scenarios.rows import Contender, answer_within, row_of
+from rectmerge.io.map_file import read_map
+from scenarios.bench.external_program import Program, ProgramError, labelled
+from scenarios.bench.rows import Contender, answer_within, row_of
+from scenarios.execution.limits import Limits
 from tests.scenarios.made import pair
 
 RIGHT = "1 0 4  0 1 2"

@@ -3,7 +3,7 @@ import json
 import pytest
 
 from rectmerge.errors import InputError
-from scenarios.compare import compare_runs
+from scenarios.studies.compare import compare_runs
 
 
 def row(number, outcome="right-accepted", *, method="m", stratum="required", e_px=1.0, bent=False, identifiable=None):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import DatasetError
-from scenarios.dataset import is_dataset, open_dataset
-from scenarios.truth import control_point_rmse
+from scenarios.dataset.reader import is_dataset, open_dataset
+from scenarios.pairs.truth import control_point_rmse
 
 ROW = {
     "pair_id": "p",

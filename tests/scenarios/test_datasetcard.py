@@ -5,7 +5,7 @@ import pytest
 import yaml
 from PIL import Image
 
-from scenarios.generate import generate
+from scenarios.dataset.generate import generate
 from tests.scenarios.madeset import TinySuite
 
 READ = """

@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 
 from rectmerge.errors import InputError
-from scenarios.demo import OWN_FILES, TILE, combine, run_demo, verdict_in_words
-from scenarios.outputs import cleared_folder
+from scenarios.execution.files import cleared_folder
+from scenarios.gallery.demo import OWN_FILES, TILE, combine, run_demo, verdict_in_words
 
 
 def test_a_combined_picture_keeps_every_picture_in_a_tile_of_one_size():

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from scenarios.disguise import FACTORS, DisguisedSource, disguise, redraw
-from scenarios.truth import control_point_rmse
+from scenarios.pairs.disguise import FACTORS, DisguisedSource, disguise, redraw
+from scenarios.pairs.truth import control_point_rmse
 from tests.scenarios.made import Source, pair
 
 turns, factors = st.floats(-180, 180), st.floats(*FACTORS)

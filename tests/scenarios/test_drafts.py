@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from rectmerge.errors import ScenarioError, SimulationError
-from scenarios.scenario import load_suite
+from scenarios.suites.suite import load_suite
 from tests.scenarios.test_scenario import written
 
 OPEN = """

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from scenarios.drawing import corners, drawn, has_draws
+from scenarios.suites.random_values import corners, drawn, has_draws
 
 TABLE = {
     "overlap": {"from": 0.15, "to": 1.0},

@@ -2,8 +2,8 @@ import cv2
 import numpy as np
 import pytest
 
-from scenarios.easypairs import easy_pairs
-from scenarios.truth import control_point_rmse
+from scenarios.pairs.drawn_pairs import easy_pairs
+from scenarios.pairs.truth import control_point_rmse
 
 PAIRS = pytest.mark.parametrize("pair", easy_pairs(), ids=lambda pair: pair.pair_id)
 

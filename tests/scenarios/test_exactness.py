@@ -4,13 +4,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenarios.pairs import make_pair
-from scenarios.placement import MapSpec
-from scenarios.scenario import load_suite
-from scenarios.truth import known_extent
+from scenarios.pairs.map_view import MapSpec
+from scenarios.pairs.pair import make_pair
+from scenarios.pairs.truth import known_extent
+from scenarios.suites.suite import load_suite
 from sim.floorplans import FAMILIES, make_world
-from sim.mission import MissionSpec, RobotSpec, run_mission
-from sim.missionlog import MissionLog
+from sim.missions.log import MissionLog
+from sim.missions.mission import MissionSpec, RobotSpec, run_mission
 from tests.scenarios.exactness import raster_shift_cells, wall_offset_px
 from tests.sim.made import office_log
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from rectmerge.errors import InputError
-from scenarios.bench import read_rows, run
-from scenarios.executors import LocalPool, WorkerDiedError, cluster, completed, local_workers
-from scenarios.rows import Contender
+from scenarios.bench.rows import Contender
+from scenarios.bench.run import read_rows, run
+from scenarios.execution.executors import LocalPool, WorkerDiedError, cluster, completed, local_workers
 from tests.scenarios.made import Fixed, Source, pair
 
 
@@ -157,8 +157,8 @@ def test_a_worker_that_crashes_is_an_error(tmp_path):
 
 @pytest.mark.slow
 def test_workers_that_have_grown_are_replaced(monkeypatch):
-    monkeypatch.setattr("scenarios.executors.GROWN_MB", 1.0)
-    monkeypatch.setattr("scenarios.executors.RECYCLE_AFTER", 5)
+    monkeypatch.setattr("scenarios.execution.executors.GROWN_MB", 1.0)
+    monkeypatch.setattr("scenarios.execution.executors.RECYCLE_AFTER", 5)
     with local_workers(2) as pool:
         pids = {future.result() for _, future in completed(pool, pid_of, range(40), in_flight=4)}
 
@@ -187,7 +187,7 @@ def test_workers_stop_in_the_middle_of_their_work_where_the_body_fails(tmp_path)
 
 
 def test_a_cluster_that_is_not_there_is_one_line(monkeypatch):
-    monkeypatch.setattr("scenarios.executors.REACHED_WITHIN_S", 0.3)
+    monkeypatch.setattr("scenarios.execution.executors.REACHED_WITHIN_S", 0.3)
     with socket.socket() as unused:
         unused.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{unused.getsockname()[1]}"

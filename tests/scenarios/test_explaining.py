@@ -1,7 +1,7 @@
 import pytest
 
-from scenarios.explaining import MEETINGS, NAMES, Explained, draw_meetings, office_pair
-from scenarios.pagepicture import small_png
+from scenarios.gallery.how_it_works import MEETINGS, NAMES, Explained, draw_meetings, office_pair
+from scenarios.gallery.page_picture import small_png
 from tests.test_docs import ROOT
 
 

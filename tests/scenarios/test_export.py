@@ -7,12 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from rectmerge.mapfile import read_map
-from scenarios.export import write_mission
-from scenarios.pairs import make_pair
-from scenarios.placement import MapSpec
-from scenarios.truth import control_point_rmse
-from sim.missionlog import MissionLog, RobotLog
+from rectmerge.io.map_file import read_map
+from scenarios.dataset.export import write_mission
+from scenarios.pairs.map_view import MapSpec
+from scenarios.pairs.pair import make_pair
+from scenarios.pairs.truth import control_point_rmse
+from sim.missions.log import MissionLog, RobotLog
 from tests.sim import naive
 from tests.sim.made import box_world, office_log, wall_distance
 

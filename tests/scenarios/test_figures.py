@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from rectmerge import console
+from rectmerge.cli import console
 from rectmerge.paper.rmap import rmap
-from scenarios import cli
-from scenarios.figures import FIGURES, TABLE, Walked, neighbours_table, practical_pair
-from scenarios.score import RIGHT, grade, measure_errors
-from scenarios.simpleplan import RATIO, TURNS_DEG, simple_maps
-from scenarios.truth import known_extent
+from scenarios.cli import main as cli
+from scenarios.gallery.paper_figures import FIGURES, TABLE, Walked, neighbours_table, practical_pair
+from scenarios.pairs.paper_plan import RATIO, TURNS_DEG, simple_maps
+from scenarios.pairs.truth import known_extent
+from scenarios.scoring.score import RIGHT, grade, measure_errors
 from tests.test_docs import ROOT
 
 FOLDER = ROOT / "docs" / "the-papers-method"

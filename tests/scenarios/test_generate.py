@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rectmerge import console
+from rectmerge.cli import console
 from rectmerge.errors import DatasetError, InputError
-from rectmerge.mapfile import read_map
-from scenarios.bench import read_rows
-from scenarios.cli import app
-from scenarios.dataset import open_dataset
-from scenarios.datasetwriter import DataSetWriter
-from scenarios.executors import local_workers, workplace
-from scenarios.generate import SEED_STRIDE, generate, plan
-from scenarios.scenario import Seeds, load_suite
-from scenarios.verify import verify
+from rectmerge.io.map_file import read_map
+from scenarios.bench.run import read_rows
+from scenarios.cli.main import app
+from scenarios.dataset.generate import SEED_STRIDE, generate, plan
+from scenarios.dataset.reader import open_dataset
+from scenarios.dataset.verify import verify
+from scenarios.dataset.writer import DataSetWriter
+from scenarios.execution.executors import local_workers, workplace
+from scenarios.suites.suite import Seeds, load_suite
 from tests.scenarios.madeset import TinySuite
 
 SUITE = TinySuite()
@@ -35,7 +35,7 @@ def rows_of(folder: Path, split: str) -> list[dict]:
 def no_picture():
     """Drawing takes longer than all the rest."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("scenarios.datasetwriter.picture", lambda folder: b"a picture")
+        patch.setattr("scenarios.dataset.writer.picture", lambda folder: b"a picture")
         yield
 
 
@@ -216,7 +216,7 @@ def test_a_second_process_is_refused(tmp_path):
 
 def test_an_unfinished_data_set_is_finished_by_the_same_call_only(tmp_path, made, monkeypatch):
     with monkeypatch.context() as patch:
-        patch.setattr("scenarios.datasetwriter.picture", lambda folder: 1 / 0)
+        patch.setattr("scenarios.dataset.writer.picture", lambda folder: 1 / 0)
         with pytest.raises(ZeroDivisionError):
             generate(SUITE, tmp_path / "set")
 

@@ -3,7 +3,7 @@ import json
 import pytest
 
 from rectmerge.errors import InputError
-from scenarios.headline import marks_of, write_report
+from scenarios.studies.headline import marks_of, write_report
 
 
 def step(lambda_a=63.0, lambda_b=45.0, lambda_f=180.0, ratio=1.004, cumulative=1.1875):

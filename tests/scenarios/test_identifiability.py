@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenarios.identifiability import LEAST_MARGIN, identifiable_margin
-from scenarios.pairs import make_pair
-from scenarios.placement import MapSpec
-from sim.casting import Caster
-from sim.lidar import Lidar
-from sim.mission import RobotSpec
-from sim.missionlog import MissionLog, RobotLog
-from sim.missionspec import MissionSpec
+from scenarios.pairs.map_view import MapSpec
+from scenarios.pairs.pair import make_pair
+from scenarios.suites.identifiability import LEAST_MARGIN, identifiable_margin
+from sim.missions.log import MissionLog, RobotLog
+from sim.missions.mission import RobotSpec
+from sim.missions.spec import MissionSpec
+from sim.sensors.lidar import Lidar
+from sim.sensors.ray_casting import Caster
 from sim.world import Prism, Room, World
 
 LIDAR = Lidar(beams=720)

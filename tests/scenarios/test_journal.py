@@ -1,7 +1,7 @@
 import pytest
 
 from rectmerge.errors import InputError
-from scenarios.journal import Journal
+from scenarios.execution.journal import Journal
 
 
 def entries(path):
@@ -29,7 +29,7 @@ def test_lines_survive_and_a_torn_one_is_dropped(tmp_path):
 
 
 def test_a_torn_line_longer_than_a_block_is_dropped(tmp_path, monkeypatch):
-    monkeypatch.setattr("scenarios.journal.BLOCK", 8)
+    monkeypatch.setattr("scenarios.execution.journal.BLOCK", 8)
     (tmp_path / "j").write_bytes(b'{"k": 0}\n{"torn": "and longer than two blocks')
 
     assert entries(tmp_path / "j") == [{"k": 0}]

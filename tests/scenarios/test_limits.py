@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rectmerge.errors import InputError
-from scenarios.limits import Limits, call_within, stop_children
+from scenarios.execution.limits import Limits, call_within, stop_children
 
 QUICK = Limits(timeout_s=0.4)
 

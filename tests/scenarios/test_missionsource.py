@@ -6,10 +6,10 @@ from itertools import product
 import pytest
 
 from rectmerge.errors import SimulationError
-from scenarios import missionsource
-from scenarios.missionsource import BUILDINGS, MissionSource
-from scenarios.packing import make
-from scenarios.scenariospec import Scenario
+from scenarios.dataset.packing import make
+from scenarios.suites import mission_source as missionsource
+from scenarios.suites.mission_source import BUILDINGS, MissionSource
+from scenarios.suites.spec import Scenario
 from tests.scenarios.made import pair
 from tests.sim.made import office_log
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from scenarios.easypairs import easy_pairs
-from scenarios.mistakes import MISTAKES, name_mistake
-from scenarios.score import measure_errors
+from scenarios.bench.mistakes import MISTAKES, name_mistake
+from scenarios.pairs.drawn_pairs import easy_pairs
+from scenarios.scoring.score import measure_errors
 from tests.scenarios.mistaken import told
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from rectmerge.grid import OCCUPIED, UNKNOWN, OccupancyGrid
-from scenarios.packing import make
-from scenarios.pairs import Explored, make_pair
-from scenarios.placement import MapSpec
+from scenarios.dataset.packing import make
+from scenarios.pairs.map_view import MapSpec
+from scenarios.pairs.pair import Explored, make_pair
 from tests.scenarios.madeset import Rooms
 from tests.sim.made import office_log
 

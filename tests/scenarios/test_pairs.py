@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.similarity import Similarity
-from scenarios.pairs import make_pair
-from scenarios.placement import MapSpec, place_map
-from scenarios.truth import known_extent
-from sim.mission import RobotSpec
+from scenarios.pairs.map_view import MapSpec, place_map
+from scenarios.pairs.pair import make_pair
+from scenarios.pairs.truth import known_extent
+from sim.missions.mission import RobotSpec
 from tests.scenarios.made import pixel_to_world
 from tests.sim.made import office_log, wall_distance
 
@@ -194,7 +194,7 @@ SLAM = MapSpec(poses="slam", turn_deg=15.0)
 
 
 def test_a_map_that_is_wrong_as_a_whole_is_rigid(monkeypatch):
-    monkeypatch.setattr("scenarios.placement.estimate_poses", poses_by(turned_whole))
+    monkeypatch.setattr("scenarios.pairs.map_view.estimate_poses", poses_by(turned_whole))
     pair = make_pair(LOG, MapSpec(), SLAM, 3)
     share, away = common_walls(pair)
 
@@ -207,7 +207,7 @@ def test_a_map_that_is_wrong_as_a_whole_is_rigid(monkeypatch):
 
 def test_a_map_that_lost_its_heading_is_bent_and_its_walls_are_where_the_control_points_say(monkeypatch):
     straight = make_pair(LOG, MapSpec(), MapSpec(), 3)
-    monkeypatch.setattr("scenarios.placement.estimate_poses", poses_by(turned_from_the_middle_on))
+    monkeypatch.setattr("scenarios.pairs.map_view.estimate_poses", poses_by(turned_from_the_middle_on))
     pair = make_pair(LOG, MapSpec(), SLAM, 3)
 
     assert pair.info["bent"]

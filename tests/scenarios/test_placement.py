@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from scenarios.cropping import crop_to_known
-from scenarios.placement import MapSpec, PlacedMap, place_map
+from scenarios.pairs.cropping import crop_to_known
+from scenarios.pairs.map_view import MapSpec, PlacedMap, place_map
 from tests.sim.made import office_log
 
 LOG = office_log()

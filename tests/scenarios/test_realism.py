@@ -3,12 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenarios.pairs import make_pair
-from scenarios.placement import MapSpec
-from scenarios.realism import Finding, affine_rmse, examine, faults_of, figures_of, goes_through_walls
-from scenarios.realismpage import coverage, distributions, page, sturdiness
-from scenarios.variety import draw_sources
-from sim.missionlog import MissionLog
+from scenarios.pairs.map_view import MapSpec
+from scenarios.pairs.pair import make_pair
+from scenarios.studies.realism import Finding, affine_rmse, examine, faults_of, figures_of, goes_through_walls
+from scenarios.studies.realism_page import coverage, distributions, page, sturdiness
+from scenarios.suites.random_missions import draw_sources
+from sim.missions.log import MissionLog
 from tests.sim.made import office_log
 
 MACHINE = {"commit": "abc", "processor": "a processor"}

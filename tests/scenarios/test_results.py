@@ -2,14 +2,21 @@ import json
 
 import pytest
 
-from rectmerge import console
+from rectmerge.cli import console
 from rectmerge.errors import InputError
-from scenarios.ablation import ABLATIONS
-from scenarios.accuracy import regressions
-from scenarios.bench import read_rows
-from scenarios.cli import app
-from scenarios.resultpage import ablation_table, brier_line, missed_table, reliability_table, results_table, risk_table
-from scenarios.results import Plan, write_results
+from scenarios.bench.run import read_rows
+from scenarios.cli.main import app
+from scenarios.studies.ablation import ABLATIONS
+from scenarios.studies.accuracy import regressions
+from scenarios.studies.default_method import Plan, write_results
+from scenarios.studies.default_method_page import (
+    ablation_table,
+    brier_line,
+    missed_table,
+    reliability_table,
+    results_table,
+    risk_table,
+)
 from tests.scenarios.made import Source
 from tests.scenarios.test_dataset import ROW, UNRELATED, write
 

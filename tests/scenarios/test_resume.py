@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.bench import read_rows
+from scenarios.bench.run import read_rows
 from tests.scenarios.processes import descendants, is_running, start, tiny_pairs
 
 SLEEPER = "import sys, time; time.sleep(60)"

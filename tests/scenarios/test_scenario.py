@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import ScenarioError
-from scenarios.scenario import Seeds, load_suite, suite_names
+from scenarios.suites.suite import Seeds, load_suite, suite_names
 from sim.floorplans import Hospital, Office
-from sim.lidar import LIDARS, Lidar
+from sim.sensors.lidar import LIDARS, Lidar
 
 GOOD = """
 title = "Two"

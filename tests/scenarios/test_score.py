@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
 from rectmerge.similarity import Similarity
-from scenarios.score import (
+from scenarios.scoring.score import (
     Errors,
     grade,
     measure_errors,

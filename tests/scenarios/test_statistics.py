@@ -3,8 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from scenarios import statistics
-from scenarios.statistics import clustered_difference, clustered_rate, wilson_interval
+from scenarios.scoring import statistics
+from scenarios.scoring.statistics import clustered_difference, clustered_rate, wilson_interval
 
 
 def test_wilson_agrees_with_published_figures():

@@ -7,9 +7,9 @@ from itertools import product
 
 import pytest
 
-from scenarios.missionsource import BUILDINGS
-from scenarios.scenario import load_suite, suite_names
-from scenarios.scenariospec import UNRELATED
+from scenarios.suites.mission_source import BUILDINGS
+from scenarios.suites.spec import UNRELATED
+from scenarios.suites.suite import load_suite, suite_names
 from sim.floorplans import FAMILIES
 
 HELD_OUT = {"two-wing", "round"}

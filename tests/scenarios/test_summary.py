@@ -4,7 +4,7 @@ import random
 import numpy as np
 import pytest
 
-from scenarios.summary import summarise
+from scenarios.scoring.summary import summarise
 
 
 def row(outcome="right-accepted", *, place="h", stratum="required", bent=False, e_px=1.0, wall=0.5, confidence=0.8):

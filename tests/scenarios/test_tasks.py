@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from scenarios.dataset import open_dataset
-from scenarios.rows import Contender
-from scenarios.scenario import load_suite
-from scenarios.tasks import run_id, task_ids
+from scenarios.bench.rows import Contender
+from scenarios.bench.tasks import run_id, task_ids
+from scenarios.dataset.reader import open_dataset
+from scenarios.suites.suite import load_suite
 from tests.scenarios.made import Fixed, Source
 from tests.scenarios.test_dataset import ROW, write
 

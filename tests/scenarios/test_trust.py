@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import InputError
-from scenarios import trust
+from scenarios.studies import trust
 
 
 def row(outcome="right-accepted", confidence=0.95, *, grade="fine", overlap=0.5, suite="trust", **info):

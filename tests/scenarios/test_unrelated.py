@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from scenarios.missionsource import MissionSource
-from scenarios.pairs import make_pair
-from scenarios.placement import MapSpec
-from scenarios.scenariospec import Scenario
-from scenarios.unrelated import MOST_SHARED, SAME_SHELL_M, SAME_WIDTH_M, corridor_m, shell
+from scenarios.pairs.map_view import MapSpec
+from scenarios.pairs.pair import make_pair
+from scenarios.suites.mission_source import MissionSource
+from scenarios.suites.spec import Scenario
+from scenarios.suites.unrelated import MOST_SHARED, SAME_SHELL_M, SAME_WIDTH_M, corridor_m, shell
 from sim.floorplans import Hall, Office, make_world
-from sim.lidar import Lidar
-from sim.mission import MissionSpec, RobotSpec
+from sim.missions.mission import MissionSpec, RobotSpec
+from sim.sensors.lidar import Lidar
 
 pytestmark = pytest.mark.sim
 BRIEF = RobotSpec(scan_hz=2.0, lidar=Lidar(beams=180))
@@ -31,7 +31,7 @@ def only_pair(from_source):
 
 def worlds(from_source, monkeypatch):
     """The buildings that a source's missions are run in, in order."""
-    import scenarios.unrelated as module
+    import scenarios.suites.unrelated as module
 
     made, run = [], module.run_mission
     monkeypatch.setattr(module, "run_mission", lambda world, *rest: (made.append(world), run(world, *rest))[1])

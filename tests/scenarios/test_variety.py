@@ -3,10 +3,10 @@ import hashlib
 import numpy as np
 import pytest
 
-from scenarios.contactsheet import contact_sheet, paletted_png
-from scenarios.executors import completed, local_workers
-from scenarios.scenario import MissionSource
-from scenarios.variety import draw_sources
+from scenarios.dataset.contact_sheet import contact_sheet, paletted_png
+from scenarios.execution.executors import completed, local_workers
+from scenarios.suites.random_missions import draw_sources
+from scenarios.suites.suite import MissionSource
 from sim.floorplans import FAMILIES
 
 

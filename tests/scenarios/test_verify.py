@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from rectmerge import console
+from rectmerge.cli import console
 from rectmerge.errors import DatasetError
-from scenarios.cli import app
-from scenarios.generate import generate
-from scenarios.verify import verify
+from scenarios.cli.main import app
+from scenarios.dataset.generate import generate
+from scenarios.dataset.verify import verify
 from tests.scenarios.madeset import TinySuite
 
 
@@ -17,7 +17,7 @@ from tests.scenarios.madeset import TinySuite
 def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made") / "tiny"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("scenarios.datasetwriter.picture", lambda dataset: b"a picture")
+        patch.setattr("scenarios.dataset.writer.picture", lambda dataset: b"a picture")
         generate(TinySuite(), folder)
     return folder
 

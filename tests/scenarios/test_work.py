@@ -3,11 +3,11 @@
 import pytest
 
 from rectmerge.grid import OccupancyGrid
-from scenarios.attempts import Attempt
-from scenarios.limits import Limits
-from scenarios.summary import summarise
-from scenarios.tasks import task_ids
-from scenarios.work import Terms, Work, do, failed
+from scenarios.bench.tasks import task_ids
+from scenarios.bench.work import Terms, Work, do, failed
+from scenarios.execution.attempt import Attempt
+from scenarios.execution.limits import Limits
+from scenarios.scoring.summary import summarise
 from tests.scenarios.made import Failing, Lost, Source, grid, pair
 from tests.scenarios.test_bench import contender, outcomes
 

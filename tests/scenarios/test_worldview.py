@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from rectmerge.errors import RectMergeError
-from scenarios.worldview import (
+from scenarios.gallery.world_view import (
     LEAST_HEIGHT,
     MOST_HEIGHT,
     WIDTH,

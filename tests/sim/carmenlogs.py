@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.casting import Caster
-from sim.odometry import compose, drive_blind
+from sim.sensors.ray_casting import Caster
+from sim.slam.odometry import compose, drive_blind
 from sim.world import World
 from tests.sim.made import plain_office, walked_log
 

@@ -9,15 +9,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.casting import Caster
-from sim.driving import Ways, drivable
-from sim.exploration import Tour
 from sim.floorplans import Office, make_world
-from sim.lidar import Lidar
-from sim.mapping import build_map
-from sim.mission import MissionLog, MissionSpec, RobotLog, RobotSpec
-from sim.piloting import Pilot
-from sim.steering import Steering
+from sim.missions.mission import MissionLog, MissionSpec, RobotLog, RobotSpec
+from sim.motion.driving import Ways, drivable
+from sim.motion.exploration import Tour
+from sim.motion.piloting import Pilot
+from sim.motion.steering import Steering
+from sim.sensors.lidar import Lidar
+from sim.sensors.ray_casting import Caster
+from sim.slam.mapping import build_map
 from sim.world import SCAN_HEIGHT_M, Prism, Room, World, bar
 from tests.sim import naive
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.lidar import Reading
+from sim.sensors.lidar import Reading
 from sim.world import SCAN_HEIGHT_M, Prism, World
 
 

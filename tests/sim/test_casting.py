@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
 from sim.bullet import URDF, physics
-from sim.casting import ROBOT_PARTS, Caster
 from sim.floorplans import Office, make_world
+from sim.sensors.ray_casting import ROBOT_PARTS, Caster
 from sim.world import Prism, World, bar
 from tests.sim import naive
 from tests.sim.made import box_world, glass_world

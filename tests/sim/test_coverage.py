@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.coverage import TOLERANCE, SeenFloor, all_cuts
-from sim.lidar import Lidar
+from sim.motion.coverage import TOLERANCE, SeenFloor, all_cuts
+from sim.sensors.lidar import Lidar
 from tests.sim import naive
 from tests.sim.made import office_log
 

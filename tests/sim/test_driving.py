@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 
 from rectmerge.errors import SimulationError
 from sim._kernels import paths
-from sim.driving import KEEP_OFF_M, Ways, disc, drivable, most_gain, nearest_cell
+from sim.motion.driving import KEEP_OFF_M, Ways, disc, drivable, most_gain, nearest_cell
 from sim.world import Prism, World
 from tests.sim import naive
 from tests.sim.made import box_world, wall_distance

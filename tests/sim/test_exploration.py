@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.errors import SimulationError
-from sim.driving import Ways, drivable
-from sim.exploration import (
+from sim.motion.driving import Ways, drivable
+from sim.motion.exploration import (
     APART_M,
     find_stops,
     in_order,

@@ -3,13 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim.casting import Caster
-from sim.coverage import SeenFloor
-from sim.driving import Ways, drivable
-from sim.frontiers import Frontiers
-from sim.lidar import Lidar
-from sim.piloting import Pilot
-from sim.steering import Steering
+from sim.motion.coverage import SeenFloor
+from sim.motion.driving import Ways, drivable
+from sim.motion.frontiers import Frontiers
+from sim.motion.piloting import Pilot
+from sim.motion.steering import Steering
+from sim.sensors.lidar import Lidar
+from sim.sensors.ray_casting import Caster
 from sim.world import World
 from tests.sim.made import box_world, corridor_world, drive_exactly, plain_office, wall_distance
 

@@ -13,11 +13,11 @@ from PIL import Image
 
 from rectmerge.errors import InputError, MapFileError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.mapfile import read_map, write_map
-from sim.driving import Ways, drivable, nearest_drivable
+from rectmerge.io.map_file import read_map, write_map
 from sim.importers import import_world
 from sim.importers.grids import MOST_WALLS, world_from_grid
 from sim.importers.plans import world_from_plan
+from sim.motion.driving import Ways, drivable, nearest_drivable
 from tests.drawing import DATA, building
 from tests.sim import naive
 

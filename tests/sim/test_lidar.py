@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from sim.lidar import LIDARS, Lidar, lidar_named
+from sim.sensors.lidar import LIDARS, Lidar, lidar_named
 
 
 def test_readings_out_of_reach_are_inf_and_readings_too_near_are_none():

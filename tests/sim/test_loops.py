@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
 from sim._kernels.loops import solve_profile
-from sim.loops import KeyScans, Links, carry, solve_graph
-from sim.odometry import between, chain, compose
+from sim.slam.loop_closure import KeyScans, Links, carry, solve_graph
+from sim.slam.odometry import between, chain, compose
 from tests.sim import naive
 from tests.sim.walks import LIDAR, ring_walk, ring_world
 

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from rectmerge.errors import InputError
 from rectmerge.similarity import Similarity
 from sim._kernels.tracing import trace_scans
-from sim.lidar import Lidar
-from sim.mapping import build_map, growing_maps
+from sim.sensors.lidar import Lidar
+from sim.slam.mapping import build_map, growing_maps
 from tests.sim import naive
 from tests.sim.made import box_world, office_log, wall_distance
 

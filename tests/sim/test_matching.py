@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
 from sim._kernels.matching import search
-from sim.lidar import Lidar
-from sim.matching import BLOCK, GrowingMap, scan_hits
-from sim.odometry import between, compose
+from sim.sensors.lidar import Lidar
+from sim.slam.odometry import between, compose
+from sim.slam.scan_matching import BLOCK, GrowingMap, scan_hits
 from sim.world import World
 from tests.sim import naive
 from tests.sim.made import box_world

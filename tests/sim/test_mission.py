@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import InputError, SimulationError
-from sim.lidar import Lidar
-from sim.mission import MissionLog, MissionSpec, RobotSpec, run_mission
+from sim.missions.mission import MissionLog, MissionSpec, RobotSpec, run_mission
+from sim.sensors.lidar import Lidar
 from sim.world import World
 from tests.sim import naive
 from tests.sim.made import box_world, free_cells, plain_office, rectangle, wall_distance
@@ -144,7 +144,7 @@ def test_tries_that_came_to_nothing_are_counted_in_the_log(monkeypatch):
             raise answers.pop(0)
         return log
 
-    monkeypatch.setattr("sim.mission.cut_to_overlap", cut)
+    monkeypatch.setattr("sim.missions.mission.cut_to_overlap", cut)
     log = run_mission(small_office(2), replace(SPEC, overlap=0.5, max_seconds=10.0, rays="compiled"), 3)
 
     assert log.discarded == ("too little", "too much")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import InputError, SimulationError
-from sim.missionlog import MissionLog, RobotLog, cut_to_overlap
+from sim.missions.log import MissionLog, RobotLog, cut_to_overlap
 from tests.sim.made import free_cells, office_log, walked_log
 
 

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from sim.odometry import WheelNoise, arc, between, chain, compose, drive_blind, velocities
+from sim.slam.odometry import WheelNoise, arc, between, chain, compose, drive_blind, velocities
 
 SILENT = {f"alpha{k}": 0.0 for k in range(1, 7)}
 seeds = st.integers(0, 10_000)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import InputError
-from sim.odometry import between, drive_blind
-from sim.posing import Slam, estimate_poses
+from sim.slam.odometry import between, drive_blind
+from sim.slam.pose_sources import Slam, estimate_poses
 from tests.sim.walks import LIDAR, ring_walk, room_walk
 
 HASH = """

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sim.steering import Follower, Steering, look_ahead
+from sim.motion.steering import Follower, Steering, look_ahead
 
 
 @pytest.mark.parametrize(("target", "turn"), [((0.0, 1.0), 1), ((0.0, -1.0), -1), ((1.0, 0.0), 0)])

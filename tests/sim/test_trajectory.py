@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from sim.trajectory import write_tum
+from sim.missions.trajectory import write_tum
 from tests.sim import naive
 
 NUMBER = st.floats(-500, 500)

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.lidar import Lidar
+from sim.sensors.lidar import Lidar
 from sim.world import Prism, World
 from tests.sim import naive
 from tests.sim.made import box_world

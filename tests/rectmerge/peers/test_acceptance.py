@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from rectmerge.baselines.acceptance import CellComparison
 from rectmerge.grid import OccupancyGrid
-from rectmerge.peers.acceptance import CellComparison
 from rectmerge.similarity import Similarity
 from tests.rectmerge.peers import scenes
 

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from rectmerge.peers.consensus import agreed_similarity, mutual_matches
+from rectmerge.baselines.consensus import agreed_similarity, mutual_matches
 from rectmerge.similarity import Similarity
 
 TRUTH = Similarity(1.3, 2.0, 40.0, -7.0)

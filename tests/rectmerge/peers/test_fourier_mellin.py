@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from rectmerge.baselines.fourier_mellin import FourierMellin, find_shift, highest_maxima, phase_correlation
 from rectmerge.errors import InputError
 from rectmerge.methods import align
-from rectmerge.peers.fourier_mellin import FourierMellin, find_shift, highest_maxima, phase_correlation
 from rectmerge.similarity import Similarity
 from tests.rectmerge.peers import scenes
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from rectmerge.baselines.images import middle_scale, resize, working_factors
 from rectmerge.grid import OccupancyGrid
-from rectmerge.peers.images import middle_scale, resize, working_factors
 
 
 @pytest.mark.parametrize("factor", [0.3, 0.5, 1.0, 1.7])

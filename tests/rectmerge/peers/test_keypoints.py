@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from rectmerge.baselines.keypoints import Keypoints, image_of
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.methods import align
-from rectmerge.peers.keypoints import Keypoints, image_of
 from tests.rectmerge.peers import scenes
 
 EVERY = [(detector, variant) for detector in ("akaze", "orb", "sift") for variant in ("stitching", "plain")]

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from rectmerge.baselines.regions import Regions, region_boxes
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.methods import align
-from rectmerge.peers.regions import Regions, region_boxes
 from tests import drawing
 from tests.rectmerge.peers.scenes import TRUTH, corners_apart, long_halls, view
 

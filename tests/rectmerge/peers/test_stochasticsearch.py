@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from rectmerge._kernels.wandering import dissimilarity
+from rectmerge.baselines.stochastic_search import StochasticSearch
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.methods import align
-from rectmerge.peers.stochasticsearch import StochasticSearch
 from tests import drawing, naive
 from tests.rectmerge.peers.scenes import TRUTH, corners_apart, long_halls, view
 

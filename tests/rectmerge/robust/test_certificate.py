@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from rectmerge.robust.cells import MapCells
 from rectmerge.robust.certificate import AWAY, certify
-from rectmerge.robust.facescore import PADDING, FaceScore, total
+from rectmerge.robust.face_score import PADDING, FaceScore, total
 from rectmerge.robust.features import extract_features
+from rectmerge.robust.trinary_map import MapCells
 from rectmerge.similarity import Similarity
 from tests import naive
 from tests.rectmerge.robust import plans

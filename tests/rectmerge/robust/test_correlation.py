@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from rectmerge._kernels.placements import invert
-from rectmerge.robust.cells import MapCells
 from rectmerge.robust.correlation import CELLS, NOISE, SCALE_STEP, correlate, scales_within
 from rectmerge.robust.features import dominant_angles, extract_features
 from rectmerge.robust.likelihood import WallNoise
-from rectmerge.robust.sides import Sides
+from rectmerge.robust.trinary_map import MapCells
+from rectmerge.robust.wall_faces import Sides
 from tests import naive
 from tests.rectmerge.robust import plans
 

@@ -10,8 +10,8 @@ from rectmerge._kernels.placements import suppress
 from rectmerge._kernels.profiles import profile_energies
 from rectmerge._kernels.shrinking import known_bounds
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from rectmerge.robust.cells import MapCells, trinary
 from rectmerge.robust.features import dominant_angles, extract_features, rectangles_in_frame, shrink
+from rectmerge.robust.trinary_map import MapCells, trinary
 from tests import drawing, naive
 from tests.rectmerge.robust import plans
 

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from rectmerge._kernels.placements import add_bent_scores, add_scores
-from rectmerge.robust.cells import MapCells
 from rectmerge.robust.features import extract_features
 from rectmerge.robust.likelihood import JUDGED_NOISES, SEARCH_NOISE, STEPS_PER_NAT, Judge, likelihood_field
 from rectmerge.robust.refinement import invert
+from rectmerge.robust.trinary_map import MapCells
 from tests import drawing, naive
 from tests.rectmerge.robust import plans
 

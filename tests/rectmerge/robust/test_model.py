@@ -3,7 +3,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from rectmerge.robust.model import (
+from rectmerge.robust.confidence_model import (
     FAT_CELLS,
     RIGID,
     RIGID_TERMS,
@@ -13,7 +13,7 @@ from rectmerge.robust.model import (
     rigid_odds,
     rigid_terms,
 )
-from rectmerge.robust.weighing import Weights
+from rectmerge.robust.wall_agreement import Weights
 
 GOOD = Weights(
     **{

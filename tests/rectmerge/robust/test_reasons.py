@@ -5,9 +5,9 @@ import cv2
 import numpy as np
 import pytest
 
+from rectmerge.analysis.overlap import Agreement
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
 from rectmerge.methods import align
-from rectmerge.overlap import Agreement
 from rectmerge.robust import reasons
 from rectmerge.robust.reasons import MapFacts
 from rectmerge.robust.verdict import Evidence

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from rectmerge._kernels.fitting import inverse, nearest_facing, set_equations, slopes, solve, stepped
 from rectmerge._kernels.placements import invert
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
-from rectmerge.robust.cells import MapCells
 from rectmerge.robust.features import extract_features
 from rectmerge.robust.refinement import (
     BROAD,
@@ -23,6 +22,7 @@ from rectmerge.robust.refinement import (
     refine,
     to_pixels,
 )
+from rectmerge.robust.trinary_map import MapCells
 from rectmerge.similarity import Similarity
 from tests import naive
 from tests.rectmerge.robust import plans

@@ -3,12 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rectmerge.overlap import measure_agreement
-from rectmerge.robust.cells import MapCells
+from rectmerge.analysis.overlap import measure_agreement
 from rectmerge.robust.features import dominant_angles, extract_features, rectangles_in_frame
 from rectmerge.robust.refinement import to_pixels
 from rectmerge.robust.search import KEPT, SAME_RADIUS, Search
-from rectmerge.robust.weighing import Scales
+from rectmerge.robust.trinary_map import MapCells
+from rectmerge.robust.wall_agreement import Scales
 from tests import naive
 from tests.rectmerge.robust import plans
 from tests.rectmerge.robust.plans import as_similarity

@@ -3,11 +3,11 @@ import math
 import numpy as np
 import pytest
 
-from rectmerge.robust.cells import MapCells
-from rectmerge.robust.distances import BINS, IN_UNKNOWN, ON_BORDER
+from rectmerge.robust.distance_codes import BINS, IN_UNKNOWN, ON_BORDER
 from rectmerge.robust.features import extract_features
 from rectmerge.robust.likelihood import WallNoise
-from rectmerge.robust.sides import LONG_CELLS, Sides
+from rectmerge.robust.trinary_map import MapCells
+from rectmerge.robust.wall_faces import LONG_CELLS, Sides
 from tests.rectmerge.robust import plans
 
 RIGHT, DOWN, LEFT, UP = range(4)

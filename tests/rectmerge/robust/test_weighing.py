@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from rectmerge._kernels.tallying import tally
-from rectmerge.robust.cells import MapCells
 from rectmerge.robust.features import dominant_angles, extract_features
-from rectmerge.robust.weighing import Scales
+from rectmerge.robust.trinary_map import MapCells
+from rectmerge.robust.wall_agreement import Scales
 from tests import naive
 from tests.rectmerge.robust import plans
 

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from rectmerge.mapfile import read_map
+from rectmerge.io.map_file import read_map
 from rectmerge.similarity import Similarity
 
 

@@ -6,8 +6,8 @@ import shutil
 import pytest
 
 from rectmerge.alignment import Alignment, Candidate
-from rectmerge.inputs import Input, told_inputs
-from rectmerge.mapfile import read_map
+from rectmerge.io.map_file import read_map
+from rectmerge.results.inputs import Input, told_inputs
 from rectmerge.similarity import Similarity
 from tests import drawing
 

@@ -6,10 +6,10 @@ import shutil
 import numpy as np
 import pytest
 
-from rectmerge.cli import app
-from rectmerge.console import run
+from rectmerge.cli.console import run
+from rectmerge.cli.main import app
 from rectmerge.grid import pixels_to_map_frame
-from rectmerge.mapfile import read_map
+from rectmerge.io.map_file import read_map
 from tests import browser as pages
 from tests.rectmerge.view.browsing import (
     by_hand,

@@ -4,9 +4,9 @@ import re
 import numpy as np
 import pytest
 
-from rectmerge.answerfile import AnswerFile
 from rectmerge.grid import OccupancyGrid
-from rectmerge.inputs import Input, inputs_of
+from rectmerge.results.alignment_json import AnswerFile
+from rectmerge.results.inputs import Input, inputs_of
 from rectmerge.view.answer import ShownAnswer
 from rectmerge.view.page import html
 from tests import drawing

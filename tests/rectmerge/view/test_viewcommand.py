@@ -3,10 +3,10 @@ import shutil
 
 import pytest
 
-from rectmerge import viewcommand
-from rectmerge.cli import app
-from rectmerge.console import run
-from rectmerge.resultfolder import ResultFolder
+from rectmerge.cli import view as viewcommand
+from rectmerge.cli.console import run
+from rectmerge.cli.main import app
+from rectmerge.results.folder import ResultFolder
 
 
 @pytest.fixture(autouse=True)

@@ -1,10 +1,10 @@
 import pytest
 
 from rectmerge.errors import InputError
-from scenarios.leaderboard.entrants import Entrant, contenders, entrants, entrants_named
+from scenarios.bench.entrants import Entrant, contenders, entrants, entrants_named
+from scenarios.bench.rows import contenders_of
 from scenarios.leaderboard.tuning import as_table, best_threshold, tuned_contender
-from scenarios.rows import contenders_of
-from scenarios.structuring import structured
+from scenarios.suites.toml_tables import structured
 
 OPEN = Entrant(
     label="some", method="paper", set={"clean_specks": True}, space={"delta_cells": {"from": 1.0, "to": 9.0}}

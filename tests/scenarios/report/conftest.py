@@ -6,11 +6,11 @@ import pytest
 
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.similarity import Similarity
-from scenarios.bench import run
-from scenarios.dataset import open_dataset
-from scenarios.generate import generate
-from scenarios.rows import Contender
-from scenarios.scenario import Seeds
+from scenarios.bench.rows import Contender
+from scenarios.bench.run import run
+from scenarios.dataset.generate import generate
+from scenarios.dataset.reader import open_dataset
+from scenarios.suites.suite import Seeds
 from tests.scenarios.madeset import SHIFT, TinySuite
 
 

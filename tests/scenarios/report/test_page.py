@@ -4,7 +4,7 @@ import re
 import pytest
 
 from rectmerge.errors import InputError
-from scenarios.bench import run
+from scenarios.bench.run import run
 from scenarios.report.page import write_report
 from scenarios.report.reading import Runs
 from scenarios.report.standings import standings

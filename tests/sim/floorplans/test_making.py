@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import SimulationError
-from sim.driving import drivable, nearest_drivable
 from sim.floorplans import FAMILIES, Office, Round, families, make_world, making
+from sim.motion.driving import drivable, nearest_drivable
 from sim.world import World
 from tests.sim.floorplans.worlds import plain, usual
 

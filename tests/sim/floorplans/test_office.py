@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from sim.driving import Ways, drivable, nearest_drivable
 from sim.floorplans import Office, make_world
+from sim.motion.driving import Ways, drivable, nearest_drivable
 
 SPECS = [
     Office(rooms=rooms, size_m=(16.0 + rooms, 12.0), oblique=rooms % 2, yaw_deg=0.0, shut=0.0, changed=0.0)

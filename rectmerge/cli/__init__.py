@@ -1,0 +1,1 @@
+"""The command `rectmerge`, one module per subcommand."""

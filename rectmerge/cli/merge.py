@@ -1,0 +1,191 @@
+"""The command `rectmerge merge`."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperCommand
+
+from rectmerge.cli import console
+from rectmerge.cli.map_options import DialectName, Grey, MapA, MapB, Resolution, Strict
+from rectmerge.cli.method_options import Fields, MethodName, ScaleText, Seed
+from rectmerge.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from rectmerge.alignment import Alignment
+    from rectmerge.composing.compose import CellsOf, Rule
+    from rectmerge.grid import OccupancyGrid
+    from rectmerge.methods import Scale
+    from rectmerge.robust.certificate import Certificate
+
+UsageError: Any = typer.BadParameter.__bases__[0]  # click's, which typer brings from elsewhere in every second version
+Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="The folder for the results.")]
+RULE_NAMES = "occupied, free, log-odds, evidence or newest"
+RuleName = Annotated[
+    str,
+    typer.Option(
+        "--rule",
+        metavar="RULE",
+        help=f"What wins where maps differ: {RULE_NAMES}; log-odds and evidence keep shades, in mode raw.",
+        autocompletion=RULE_NAMES.replace(" or", ",").split(", ").copy,
+    ),
+]
+Cells = Annotated[str, typer.Option(metavar="a|b|finer|METRES", help="The cells of the merged map; a keeps A's own.")]
+GuessText = Annotated[
+    str | None, typer.Option("--guess", metavar="X,Y,YAW", help="About where B's frame lies in A's: metres, radians.")
+]
+CandidateNumber = Annotated[
+    int | None, typer.Option("--candidate", min=1, metavar="K", help="Take this candidate, whatever the verdict.")
+]
+PixelsText = Annotated[
+    str | None, typer.Option("--pixels", metavar="A,B,TX,TY", help="Place B by hand: from its pixels to A's.")
+]
+Earlier = Annotated[
+    Path | None, typer.Option("--from", metavar="ALIGNMENT.json", help="Place B as an earlier merge did.")
+]
+Certify = Annotated[
+    bool, typer.Option("--certify", metavar="", help="Of a yes, show that nothing elsewhere scores nearly as well.")
+]
+CertifySeconds = Annotated[float, typer.Option(metavar="S", min=0.1, help="Time that --certify may take.")]
+Force = Annotated[bool, typer.Option("--force", metavar="", help="Replace the results that DIR holds.")]
+
+
+class TwoMaps(TyperCommand):
+    """A command for two maps that tells people with more how to go on."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse a command line as every command does."""
+        try:
+            return super().parse_args(ctx, args)
+        except UsageError as error:
+            if "unexpected extra argument" not in error.message:
+                raise
+            how = "maps are merged two at a time: merge the first two, then their merged.yaml with the next"
+            raise UsageError(f"{error.message}; {how}", ctx) from None
+
+
+def merge(
+    a: MapA,
+    b: MapB,
+    output: Folder,
+    method: MethodName = None,
+    scale: ScaleText = "auto",
+    guess: GuessText = None,
+    candidate: CandidateNumber = None,
+    pixels: PixelsText = None,
+    earlier: Earlier = None,
+    rule: RuleName = "occupied",
+    output_resolution: Cells = "a",
+    seed: Seed = 0,
+    fields: Fields = None,
+    certify: Certify = False,
+    certify_seconds: CertifySeconds = 10.0,
+    force: Force = False,
+    json: console.Json = False,
+    resolution_a: Resolution = None,
+    resolution_b: Resolution = None,
+    free: Grey = None,
+    occupied: Grey = None,
+    unknown: Grey = None,
+    dialect: DialectName = None,
+    strict_thresholds: Strict = False,
+    quiet: console.Quiet = False,
+    debug: console.Debug = False,
+) -> None:
+    """Find how map B fits on map A and write the merged map, or say why not.
+
+    Where the answer is no, people can help: by a guess to search near, by choosing one of the candidates, or by placing
+    B by hand in the page of `rectmerge view` and pasting its numbers back. What is placed by hand or chosen is merged,
+    and the reason says what the walls make of it.
+    """
+    from rectmerge.cli.map_options import files_of, name_maps, read_maps
+    from rectmerge.cli.method_options import choose_method, parse_scale
+    from rectmerge.cli.placement_source import Placing, parse_guess, parse_pixels
+    from rectmerge.cli.summary import describe
+    from rectmerge.composing.compose import parse_resolution
+    from rectmerge.composing.rules import SHADING
+    from rectmerge.io.map_file import has_shades
+    from rectmerge.results.folder import ResultFolder, to_json
+    from rectmerge.results.inputs import told_inputs
+
+    bounds, wins, cells = parse_scale(scale), _check_rule(rule), parse_resolution(output_resolution)
+    solver = choose_method(method, fields or [])
+    placing = Placing(
+        guess=None if guess is None else parse_guess(guess),
+        pixels=None if pixels is None else parse_pixels(pixels),
+        earlier=earlier,
+        candidate=candidate,
+    )
+    maps = [(a, resolution_a), (b, resolution_b)]
+    inputs = name_maps(maps, greys=(free, occupied, unknown), dialect=dialect, strict=strict_thresholds)
+    folder = ResultFolder(output)
+    folder.check(files_of(inputs), force=force)
+    grid_a, grid_b = read_maps(inputs, quiet=quiet)
+    if cells != "a" and grid_a.resolution is None:
+        raise InputError(f"{a}: its resolution is not known: tell --resolution-a, or keep --output-resolution a")
+    found = _with_quality(placing.answer(grid_a, grid_b, method=solver, scale=bounds, seed=seed), grid_a, grid_b)
+    pictures, merged = _results(found, grid_a, grid_b, wins, cells)
+    certificate = _certify(found, grid_a, grid_b, bounds, certify_seconds) if found and certify else None
+    told = lay_out(found, grid_a, grid_b) | {"inputs": told_inputs(output, *inputs, grids=(grid_a, grid_b))}
+    if certificate is not None:
+        told["certificate"] = certificate.as_dict()
+    is_shaded = merged is not None and wins in SHADING and has_shades(merged)
+    files = folder.write(told, pictures, merged, shaded=is_shaded)
+    typer.echo(to_json(told) if json else describe(found, files, certificate, is_shaded=is_shaded))
+    raise typer.Exit(console.STATUS[found.verdict])
+
+
+def lay_out(found: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> dict[str, Any]:
+    """Lay an answer out for ``alignment.json``, with the area that both maps show under each candidate."""
+    from rectmerge.transfer.transform import SharedArea
+
+    told = found.as_dict()
+    for candidate, each in zip(found.candidates, told["candidates"], strict=True):
+        each["shared"] = SharedArea.of(a, b, candidate.pixels).as_dict()
+    return told
+
+
+def _check_rule(rule: str) -> Rule:
+    from rectmerge.composing.compose import RULES
+
+    if rule not in RULES:
+        raise typer.BadParameter(f"{rule!r} is not one of {', '.join(RULES)}: --rule")
+    return rule
+
+
+def _with_quality(found: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> Alignment:
+    """Measure the maps' own accuracy where the method did not."""
+    from rectmerge.analysis.quality import measure_quality
+
+    measured = {"a": measure_quality(a).as_dict(), "b": measure_quality(b).as_dict()}
+    return dataclasses.replace(found, quality=found.quality or measured)
+
+
+def _certify(found: Alignment, a: OccupancyGrid, b: OccupancyGrid, scale: Scale, seconds: float) -> Certificate:
+    from rectmerge.methods import searched_scale
+    from rectmerge.robust.certificate import certify
+
+    searched = searched_scale(scale, found.scale)
+    return certify(a, b, found.candidates[0].pixels, scale=searched, seconds=seconds)
+
+
+def _results(
+    found: Alignment, a: OccupancyGrid, b: OccupancyGrid, rule: Rule, cells: CellsOf | float
+) -> tuple[dict[str, NDArray[np.uint8]], OccupancyGrid | None]:
+    """Draw what is to be written, and merge the maps if the answer is yes."""
+    from rectmerge.composing.compose import compose
+    from rectmerge.drawing.maps import draw_conflict
+    from rectmerge.drawing.overlay import draw_overlay
+
+    if not found:
+        numbered = enumerate(found.candidates, start=1)
+        return {f"overlay_{i}.png": draw_overlay(a, b, c.pixels, title=found.headline(i)) for i, c in numbered}, None
+    composition = compose([a, b], [None, found.b_to_a], rule=rule, resolution=cells)
+    overlay = draw_overlay(a, b, found.candidates[0].pixels, title=found.headline())
+    return {"overlay.png": overlay, "conflict.png": draw_conflict(composition)}, composition.grid

@@ -1,0 +1,65 @@
+"""The command `rectmerge view`: an answer as a page, opened in a browser."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rectmerge.cli import console
+from rectmerge.cli.map_options import MergeFolder
+from rectmerge.errors import InputError
+
+PAGE = "view.html"
+SUFFIXES = (".html", ".htm")
+
+
+def view(
+    folder: MergeFolder,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PAGE.html", help=f"The page; DIR/{PAGE} unless given.")
+    ] = None,
+    a: Annotated[Path | None, typer.Option("--a", metavar="FILE", help="Map A, if it has moved since.")] = None,
+    b: Annotated[Path | None, typer.Option("--b", metavar="FILE", help="Map B, if it has moved since.")] = None,
+    open_page: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in a browser.")] = True,
+    quiet: console.Quiet = False,
+    debug: console.Debug = False,
+) -> None:
+    """Show an answer in a browser: both maps, the candidates, and map B to be placed by hand.
+
+    The page is one file that needs no network. What is placed by hand it tells as options to paste back. stdout has
+    the path of the page. The status is 0 whatever the verdict.
+    """
+    from rectmerge.io.image_file import replace_file
+    from rectmerge.results.alignment_json import AnswerFile
+    from rectmerge.results.inputs import inputs_of
+    from rectmerge.view.answer import ShownAnswer
+    from rectmerge.view.page import html
+
+    if output is not None and output.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{output}: the page is HTML; give it a name that ends in .html")
+    file = AnswerFile.read(folder)
+    page = output or file.folder / PAGE
+    answer = ShownAnswer.of(file)
+    inputs = inputs_of(file, a=a, b=b)
+    grid_a, grid_b = (one.read() for one in inputs)
+    if not answer.fits(grid_a, grid_b) and not quiet:
+        console.say(f"rectmerge: {folder}: these are not the maps of the merge, or they have changed; merge again")
+    replace_file(page, html(answer, inputs, grid_a, grid_b).encode())
+    typer.echo(page)
+    if open_page and _has_display():
+        _open(page)
+
+
+def _has_display() -> bool:
+    """Whether a browser would be a window: one that runs in the terminal would take it over."""
+    return sys.platform == "darwin" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
+
+
+def _open(page: Path) -> None:
+    import webbrowser
+
+    webbrowser.open(page.resolve().as_uri())

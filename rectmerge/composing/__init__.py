@@ -1,0 +1,1 @@
+"""Several aligned maps made into one."""

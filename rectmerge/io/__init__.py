@@ -1,0 +1,1 @@
+"""Map files: ROS YAML with images, bags and plain images, read and written."""

@@ -1,0 +1,220 @@
+"""Maps in ROS bags: the newest nav_msgs/OccupancyGrid of a topic, from a ROS 1 bag, sqlite3 or MCAP."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rectmerge.errors import InputError, MapFileError
+from rectmerge.extras import missing
+from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS, OCCUPIED, UNKNOWN, OccupancyGrid, unusable
+from rectmerge.io.image_file import BROKEN, require_file
+
+MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
+SUFFIXES = (".bag", ".mcap", ".db3")
+METADATA = "metadata.yaml"  # what makes a folder a rosbag2
+TILT = 1e-3  # sine of half the angle between a map's plane and the floor, up to which it is taken to be level
+LONGEST_REASON = 160  # characters
+
+
+class BagName(NamedTuple):
+    """What a name like ``run.mcap:/robot1/map`` says: the file or folder, and the topic, None where it tells none."""
+
+    file: Path
+    topic: str | None
+
+
+class _Bag(NamedTuple):
+    """An open bag: its connections, their messages as (connection, time, bytes), and how a map is decoded."""
+
+    connections: Sequence[Any]
+    messages: Callable[..., Iterator[tuple[Any, int, bytes]]]
+    decode: Callable[[bytes, str], Any]
+
+
+def split_bag(path: str | os.PathLike[str]) -> BagName | None:
+    """Take the name of a map in a bag apart; None where it is not one.
+
+    A bag is a ``.bag``, ``.mcap`` or ``.db3`` file, there or not, or a rosbag2 folder, which holds a metadata.yaml.
+
+    Examples
+    --------
+    >>> split_bag("runs/run.mcap:/robot1/map")
+    BagName(file=...Path('runs/run.mcap'), topic='/robot1/map')
+    >>> split_bag("map.pgm")
+    """
+    text = os.fspath(path)
+    if Path(text).suffix in SUFFIXES or _is_there(Path(text) / METADATA):
+        return BagName(Path(text), None)
+    file, _, topic = text.rpartition(":")
+    if file and (Path(file).suffix in SUFFIXES or (topic.startswith("/") and _is_there(Path(file), folder=True))):
+        return BagName(Path(file), topic.rstrip("/") or None)
+    return None
+
+
+def is_bag(path: str | os.PathLike[str]) -> bool:
+    """Whether a name is that of a map in a bag."""
+    return split_bag(path) is not None
+
+
+def bag_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """Return the files that a map in a bag is read from: the bag, or all in a rosbag2 folder."""
+    bag = split_bag(path)
+    file = Path(path) if bag is None else bag.file
+    return tuple(sorted(file.iterdir())) if _is_there(file, folder=True) else (file,)
+
+
+def read_bag_map(path: str | os.PathLike[str]) -> OccupancyGrid:
+    """Read a map from a bag: the newest on its topic.
+
+    Parameters
+    ----------
+    path
+        ``FILE:/topic``, or the bag alone where one topic holds maps. See `split_bag`.
+
+    Raises
+    ------
+    MapFileError
+        If rosbags is not installed, the bag or the topic cannot be read, the map is no usable one or has no free cell;
+        the message names the file and the remedy.
+
+    Notes
+    -----
+    Cells outside -1..100 are unknown. The resolution, 32 bits in the message, is the shortest decimal that they stand
+    for, 0.05 and not 0.05000000074505806. A quaternion of zeros, which stands for no rotation where publishers leave it
+    unset, is yaw 0; the height of the map's origin is not looked at.
+    """
+    bag = split_bag(path)
+    if bag is None:
+        raise MapFileError(f"{path}: is no bag; name a .bag, .mcap or .db3 file or a rosbag2 folder, and its topic")
+    _require_bag(bag.file)
+    with _opened(bag.file) as opened:
+        topic, connections = _chosen(bag, opened.connections)
+        newest: tuple[int, bytes] | None = None
+        for _, time, data in opened.messages(connections=connections):
+            if newest is None or time >= newest[0]:
+                newest = time, data
+        if newest is None:
+            raise MapFileError(f"{bag.file}: there is no message on {topic}; record it until a map is published")
+        message = opened.decode(newest[1], MAP_TYPE)
+    return _grid_of(message, f"{bag.file}:{topic}")
+
+
+@contextmanager
+def _opened(file: Path) -> Iterator[_Bag]:
+    """Open a bag; what a broken one raises until it is closed becomes one line."""
+    try:
+        from rosbags import rosbag1, rosbag2
+        from rosbags.typesys import Stores, get_typestore
+
+        broken: tuple[type[Exception], ...] = (*BROKEN, *_bag_errors())
+    except ImportError:
+        raise MapFileError(f"{file}: reading a bag {missing('rosbags')}") from None
+    is_first = file.suffix == ".bag" and not file.is_dir()
+    # The type is the same in all distributions, so what a bag tells of its many types, if anything, is not needed.
+    store = get_typestore(Stores.ROS1_NOETIC if is_first else Stores.ROS2_HUMBLE)
+    decode = store.deserialize_ros1 if is_first else store.deserialize_cdr
+    try:
+        with rosbag1.Reader(file) if is_first else rosbag2.Reader(file) as reader:
+            yield _Bag(reader.connections, reader.messages, decode)
+    except MapFileError:
+        raise
+    except PermissionError:
+        raise MapFileError(f"{file}: permission denied; make the bag readable") from None
+    except broken as error:
+        reason = (" ".join(str(error).split()) or type(error).__name__)[:LONGEST_REASON]
+        mend = "rosbag reindex" if is_first else "ros2 bag reindex or ros2 bag convert"
+        raise MapFileError(f"{file}: broken, truncated or unknown bag ({reason}); {mend} may mend it") from None
+
+
+def _bag_errors() -> tuple[type[Exception], ...]:
+    """Return what rosbags and the libraries under it raise on broken bags, beside what Python does."""
+    import apsw
+    from rosbags import rosbag1, rosbag2
+    from rosbags.serde import SerdeError
+    from rosbags.typesys import TypesysError
+    from ruamel.yaml.error import YAMLError
+
+    if sys.version_info >= (3, 14):
+        from compression import zstd
+    else:
+        from backports import zstd
+    ours = (rosbag1.ReaderError, rosbag2.ReaderError, SerdeError, TypesysError)
+    return (*ours, apsw.Error, zstd.ZstdError, YAMLError, MemoryError)
+
+
+def _require_bag(file: Path) -> None:
+    if not _is_there(file, folder=True):
+        require_file(file)
+        if file.stat().st_size == 0:
+            raise MapFileError(f"{file}: the file is empty; record or copy it again")
+    elif not _is_there(file / METADATA):
+        raise MapFileError(f"{file}: no rosbag2 folder: there is no {METADATA}; ros2 bag reindex makes it")
+
+
+def _is_there(path: Path, *, folder: bool = False) -> bool:
+    with suppress(OSError, ValueError):  # names that no file can have
+        return path.is_dir() if folder else path.is_file()
+    return False
+
+
+def _chosen(bag: BagName, connections: Sequence[Any]) -> tuple[str, list[Any]]:
+    """Return the topic that is wanted with its connections; several may publish on one."""
+    maps = [one for one in connections if one.msgtype == MAP_TYPE]
+    topics = sorted({one.topic for one in maps if one.msgcount} or {one.topic for one in maps})
+    there = f"its maps are on {', '.join(topics)}" if topics else "it holds no nav_msgs/OccupancyGrid at all"
+    if bag.topic is None and len(topics) != 1:
+        remedy = f"; name one, as in {bag.file}:{topics[0]}" if topics else ""
+        raise MapFileError(f"{bag.file}: {there}{remedy}")
+    topic = topics[0] if bag.topic is None else bag.topic
+    wanted = [one for one in maps if one.topic.strip("/") == topic.strip("/")]
+    if not wanted:
+        others = {one.msgtype for one in connections if one.topic.strip("/") == topic.strip("/")}
+        what = f"{topic} holds {min(others)}" if others else f"there is no topic {topic}"
+        raise MapFileError(f"{bag.file}: {what}; {there}")
+    return wanted[0].topic, wanted
+
+
+def _grid_of(message: Any, name: str) -> OccupancyGrid:
+    """Turn a message, whose first row is the bottom one, into a grid."""
+    info, cells = message.info, np.asarray(message.data, dtype=np.int8)
+    width, height = int(info.width), int(info.height)
+    if min(width, height) < 2:
+        raise MapFileError(f"{name}: {width} x {height} cells are no map; record a whole one")
+    if width * height > MOST_CELLS or max(width, height) > LONGEST_SIDE_CELLS:
+        most = f"{MOST_CELLS // 10**6} million, {LONGEST_SIDE_CELLS} on a side"
+        raise MapFileError(f"{name}: {width} x {height} cells; there may be {most}: crop it to its known cells")
+    if cells.size != width * height:
+        raise MapFileError(f"{name}: {cells.size} cells are not the {width} x {height} that it tells; record another")
+    known = np.where((cells < UNKNOWN) | (cells > OCCUPIED), np.int8(UNKNOWN), cells)
+    place = info.origin.position
+    try:
+        yaw = _yaw_of(info.origin.orientation)
+        resolution = float(str(np.float32(info.resolution)))
+        frame = str(message.header.frame_id).lstrip("/") or None  # tf2 knows no leading slash, though ROS 1 wrote it
+        grid = OccupancyGrid(known.reshape(height, width)[::-1], resolution, (place.x, place.y, yaw), frame)
+    except InputError as error:
+        raise MapFileError(f"{name}: {error}; its publisher must mend that") from None
+    if why := unusable(grid):
+        raise MapFileError(f"{name}: {why}; is it the right topic, and a finished map?")
+    return grid
+
+
+def _yaw_of(turn: Any) -> float:
+    """Return the yaw of a quaternion, radians in -pi..pi."""
+    x, y, z, w = (float(part) for part in (turn.x, turn.y, turn.z, turn.w))
+    length = math.hypot(x, y, z, w)
+    if length == 0.0:
+        return 0.0
+    if not math.isfinite(length):
+        raise InputError(f"the origin's orientation must be finite numbers, got {x}, {y}, {z}, {w}")
+    if math.hypot(x, y) > TILT * length:
+        raise InputError(f"the map must lie level, but its origin's orientation is {x:g}, {y:g}, {z:g}, {w:g}")
+    return math.remainder(2.0 * math.atan2(z, w), math.tau)

@@ -1,0 +1,186 @@
+"""What the pixels of a map_server image mean, as the programs that read such maps have it: they differ."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.errors import InputError
+from rectmerge.grid import FREE, FREE_AT_MOST, OCCUPIED, OCCUPIED_AT_LEAST, UNKNOWN
+from rectmerge.io.image_file import OPAQUE, Pixels
+
+Dialect = Literal["nav2", "nav2-2024", "ros1", "cartographer"]
+DIALECTS: tuple[Dialect, ...] = get_args(Dialect)
+Mode = Literal["trinary", "scale", "raw"]
+UNKNOWN_GREY = 205  # as map savers write it
+WHITE = 255
+CARTOGRAPHERS_DEAD_BAND = 0.04  # probability from 0.5: a single hit, 0.55, is a wall; four misses, 0.46, are free
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Legend:
+    """What a map_server YAML says of its image's pixels: `negate`, both thresholds and `mode`.
+
+    Raises
+    ------
+    InputError
+        If the thresholds are not 0 <= free_thresh < occupied_thresh <= 1, or there is no such mode.
+    """
+
+    negate: bool = False
+    occupied_thresh: float = 0.65
+    free_thresh: float = 0.196
+    mode: Mode = "trinary"
+
+    def __post_init__(self) -> None:
+        if self.mode not in get_args(Mode):
+            raise InputError(f"mode must be trinary, scale or raw, got {self.mode!r}")
+        if not 0 <= self.free_thresh < self.occupied_thresh <= 1:
+            raise InputError(
+                f"thresholds must satisfy 0 <= free_thresh < occupied_thresh <= 1, "
+                f"got {self.free_thresh:g} and {self.occupied_thresh:g}; map_saver writes 0.196 and 0.65"
+            )
+
+
+def occupancy_table(legend: Legend, dialect: Dialect = "nav2", *, full: int = WHITE) -> NDArray[np.int8]:
+    """Return what each pixel value means to a dialect, shape (full + 1,), -1 or 0..100; alpha is left aside.
+
+    Parameters
+    ----------
+    legend
+        What the YAML says.
+    dialect
+        - "nav2": nav2_map_server since 2025 (map_io.cpp, loadMapFromFile). A value at a threshold counts as beyond it;
+          compared in single precision.
+        - "nav2-2024": nav2_map_server before. A value at a threshold lies between.
+        - "ros1": map_server 1.17 (image_loader.cpp). As "nav2-2024"; in mode scale 1..99 between the thresholds, and
+          in mode raw `negate` counts.
+        - "cartographer": the grey that cartographer_ros writes (ros_map.cc) is white minus the probability, 128 where
+          nothing was seen. Its YAML tells map_saver's thresholds, by which little of it is free; they are left aside.
+    full
+        The value of white.
+
+    Notes
+    -----
+    What map_server and nav2 cannot express in -1..100 (raw values beyond 100) is unknown.
+    """
+    shade = np.arange(full + 1) / full
+    if dialect == "cartographer":
+        return _of_probability(shade if legend.negate else 1.0 - shade)
+    if legend.mode == "raw":
+        level = np.arange(full + 1) * WHITE / full
+        level = np.rint(level) if dialect != "ros1" else np.floor(WHITE - level if legend.negate else level)
+        return np.where(level <= OCCUPIED, level, UNKNOWN).astype(np.int8)
+    if dialect == "nav2":
+        return _by_inclusive_thresholds(legend, shade.astype(np.float32))
+    if dialect == "ros1":
+        level = np.arange(full + 1) * WHITE / full
+        occupied = (WHITE - (WHITE - level if legend.negate else level)) / WHITE
+        return _by_exclusive_thresholds(legend, occupied, grades=(1, 98))
+    return _by_exclusive_thresholds(legend, shade if legend.negate else 1.0 - shade, grades=(0, 100))
+
+
+def read_cells(pixels: Pixels, legend: Legend, dialect: Dialect = "nav2", *, keep: bool = False) -> NDArray[np.int8]:
+    """Turn a map_server image into occupancy, shape (H, W), as a dialect reads it.
+
+    Parameters
+    ----------
+    pixels
+        The decoded image.
+    legend, dialect
+        As in `occupancy_table`. Colours: "nav2" and "cartographer" take the luma, the others the mean of the channels.
+        Alpha: to "nav2" whatever is not wholly opaque is unknown, but for mode raw; the older ones average it with the
+        colours in mode trinary, by which opaque grey 205 turns free, and in mode scale take what is not opaque ("ros1":
+        what is wholly clear) and lies between the thresholds ("nav2-2024": anywhere) for unknown.
+    keep
+        Keep opaque grey 205 unknown whatever the thresholds say.
+    """
+    alpha = pixels.alpha
+    if dialect in ("nav2", "cartographer"):
+        occupancy: NDArray[np.int8] = _kept(occupancy_table(legend, dialect), keep)[pixels.luma]
+        if alpha is not None and legend.mode != "raw":
+            occupancy[alpha < OPAQUE] = UNKNOWN
+        return occupancy
+    if alpha is not None and legend.mode == "trinary":
+        sums = pixels.values * np.uint16(3 * WHITE // pixels.full) + alpha
+        table = _kept(occupancy_table(legend, dialect, full=4 * WHITE), keep, 3 * UNKNOWN_GREY + OPAQUE)
+        return np.asarray(table[sums])
+    table = _kept(occupancy_table(legend, dialect, full=pixels.full), keep, UNKNOWN_GREY * pixels.full // WHITE)
+    occupancy = table[pixels.values]
+    if alpha is not None and legend.mode == "scale":
+        between = (occupancy > FREE) & (occupancy < OCCUPIED)
+        occupancy[between & (alpha == 0) if dialect == "ros1" else alpha < OPAQUE] = UNKNOWN
+    return occupancy
+
+
+def grey_levels(legend: Legend) -> NDArray[np.uint8]:
+    """Return the greys that are read again as occupancy 0..100, and as unknown: shape (102,), unknown last.
+
+    Map_saver's own (254 free, 0 occupied, 205 unknown) where they mean that, else those in the middle of what does; in
+    mode scale the nearest where thresholds leave too few, and unknown is told by transparency; in mode raw unknown is
+    255, the -1 of the message's signed bytes, into which map_server of ROS 1 copies greys as they are.
+
+    Raises
+    ------
+    InputError
+        If no grey means free, occupied or unknown by these thresholds.
+    """
+    table = occupancy_table(legend)
+    wanted = np.append(np.arange(OCCUPIED + 1), UNKNOWN)
+    if legend.mode == "trinary":
+        wanted = np.where(
+            wanted >= OCCUPIED_AT_LEAST, OCCUPIED, np.where(wanted > FREE_AT_MOST, UNKNOWN, wanted.clip(-1, 0))
+        )
+    if legend.mode == "raw":
+        return wanted.astype(np.uint8)
+    is_exact = legend.mode != "scale"
+    return np.array([_grey_of(int(value), table, is_exact=is_exact) for value in wanted], np.uint8)
+
+
+def _of_probability(occupied: NDArray[np.float64]) -> NDArray[np.int8]:
+    sure = np.where(occupied > 0.5, OCCUPIED, FREE)
+    return np.where(np.abs(occupied - 0.5) >= CARTOGRAPHERS_DEAD_BAND, sure, UNKNOWN).astype(np.int8)
+
+
+def _by_inclusive_thresholds(legend: Legend, shade: NDArray[np.float32]) -> NDArray[np.int8]:
+    occupied = shade if legend.negate else np.float32(1.0) - shade
+    low, high = np.float32(legend.free_thresh), np.float32(legend.occupied_thresh)
+    between: NDArray[Any] = np.full(len(shade), UNKNOWN)
+    if legend.mode == "scale":
+        between = np.floor((occupied - low) / (high - low) * np.float32(100) + np.float32(0.5))  # halves away from 0
+    sure = np.where(occupied <= low, FREE, between)
+    return np.where((occupied >= high) & (occupied > low), OCCUPIED, sure).astype(np.int8)
+
+
+def _by_exclusive_thresholds(
+    legend: Legend, occupied: NDArray[np.float64], *, grades: tuple[int, int]
+) -> NDArray[np.int8]:
+    """Grade what lies between the thresholds, in mode scale, from the first of `grades` over a range of the second."""
+    low, high = legend.free_thresh, legend.occupied_thresh
+    between: NDArray[Any] = np.full(len(occupied), UNKNOWN)
+    if legend.mode == "scale":
+        graded = grades[0] + grades[1] * ((occupied - low) / (high - low))
+        between = np.floor(graded) if grades[0] else np.rint(graded)
+    sure = np.where(occupied < low, FREE, between)
+    return np.where(occupied > high, OCCUPIED, sure).astype(np.int8)
+
+
+def _kept(table: NDArray[np.int8], keep: bool, unknown_at: int = UNKNOWN_GREY) -> NDArray[np.int8]:
+    if keep:
+        table[unknown_at] = UNKNOWN
+    return table
+
+
+def _grey_of(value: int, table: NDArray[np.int8], *, is_exact: bool) -> int:
+    usual = {FREE: 254, OCCUPIED: 0, UNKNOWN: UNKNOWN_GREY}
+    if value in usual and (table[usual[value]] == value or (value == UNKNOWN and not is_exact)):
+        return usual[value]
+    means_it = np.flatnonzero(table == value)
+    if len(means_it) == 0 and (is_exact or value in usual):
+        name = {FREE: "free", UNKNOWN: "unknown"}.get(value, "occupied")
+        raise InputError(f"no grey level means {name} by these thresholds; widen them")
+    nearest = means_it if len(means_it) else np.flatnonzero(table == table[np.abs(table - value).argmin()])
+    return int(nearest[len(nearest) // 2])

@@ -1,0 +1,131 @@
+"""What a map_server YAML says of its image, read and checked."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from rectmerge.errors import InputError, MapFileError
+from rectmerge.io.dialects import Legend
+from rectmerge.io.image_file import BROKEN, require_file
+
+MAX_YAML_BYTES = 65_536
+LONGEST_SHOWN = 1000  # bits of a number in a message
+UNNAMEABLE = re.compile("[\0\ud800-\udfff]")  # what no file's name holds
+LONGEST_NAME = 4096  # bytes of a path, as systems allow it
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapHeader:
+    """The checked content of a map_server YAML."""
+
+    image: Path
+    resolution: float | None
+    origin: tuple[float, float, float]
+    legend: Legend
+
+
+def read_header(source: str | os.PathLike[str]) -> MapHeader:
+    """Read a map_server YAML.
+
+    Raises
+    ------
+    MapFileError
+        If it is none; the message names the file, the key and what is allowed.
+    """
+    path = Path(source)
+    keys = _keys(path)
+    image = keys.get("image")
+    if not isinstance(image, str) or not image or len(image) > LONGEST_NAME or UNNAMEABLE.search(image):
+        raise MapFileError(f"{path}: image must name the map's image file, got {_short(image)}")
+    mode = keys.get("mode", "trinary")
+    if mode not in ("trinary", "scale", "raw"):
+        raise MapFileError(f"{path}: mode must be trinary, scale or raw, got {_short(mode)}")
+    negate = keys.get("negate", 0)
+    if negate not in (0, 1, "0", "1"):
+        raise MapFileError(f"{path}: negate must be 0 or 1, got {_short(negate)}")
+    occupied_thresh, free_thresh = (_number(path, keys, key) for key in ("occupied_thresh", "free_thresh"))
+    try:
+        legend = Legend(
+            negate=bool(int(negate)),
+            occupied_thresh=occupied_thresh,
+            free_thresh=free_thresh,
+            mode=mode,
+        )
+    except InputError as error:
+        raise MapFileError(f"{path}: {error}") from None
+    return MapHeader(
+        image=path.parent / image,
+        resolution=_resolution(path, keys),
+        origin=_origin(path, keys),
+        legend=legend,
+    )
+
+
+def _keys(path: Path) -> dict[Any, Any]:
+    require_file(path)
+    if path.stat().st_size > MAX_YAML_BYTES:
+        raise MapFileError(f"{path}: more than {MAX_YAML_BYTES // 1024} KB, so not a map_server YAML")
+    text = b""
+    try:
+        text = path.read_bytes()
+        keys = yaml.safe_load(text)
+    except OSError as error:
+        raise MapFileError(f"{path}: {error.strerror or error}; make the file readable") from None
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        remedy = "; use spaces, no tabs" if b"\t" in text else ""
+        raise MapFileError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}{remedy}") from None
+    except BROKEN:  # a tag such as !!bool or !!timestamp on what is none: PyYAML's own, often nameless errors
+        raise MapFileError(f"{path}: not valid YAML: a value is not of the kind that its tag tells") from None
+    if keys is None:
+        raise MapFileError(f"{path}: the file is empty; a map_server YAML names image, resolution, origin, ...")
+    if not isinstance(keys, dict):
+        raise MapFileError(f"{path}: not a map_server YAML: it must map image, resolution, origin, ... to values")
+    return keys
+
+
+def _resolution(path: Path, keys: Mapping[str, Any]) -> float | None:
+    if "resolution" in keys and keys["resolution"] is None:
+        return None
+    resolution = _number(path, keys, "resolution")
+    if resolution <= 0:
+        raise MapFileError(f"{path}: resolution must be > 0 metres per cell (null if not known), got {resolution:g}")
+    return resolution
+
+
+def _origin(path: Path, keys: Mapping[str, Any]) -> tuple[float, float, float]:
+    origin = keys.get("origin")
+    if not isinstance(origin, list) or len(origin) != 3:
+        got = f"a list of {len(origin)}" if isinstance(origin, list) else _short(origin)
+        raise MapFileError(f"{path}: origin must be [x, y, yaw], three numbers, got {got}")
+    named = {f"origin[{i}]": value for i, value in enumerate(origin)}
+    x, y, yaw = (_number(path, named, key) for key in named)
+    return x, y, yaw
+
+
+def _number(path: Path, keys: Mapping[str, Any], key: str) -> float:
+    """Read a finite number; text such as 5e-2, which YAML 1.1 does not take for a number, counts too."""
+    if key not in keys:
+        raise MapFileError(f"{path}: the key {key} is missing; map_server needs it")
+    value = keys[key]
+    try:
+        number = math.nan if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise MapFileError(f"{path}: {key} must be a finite number, got {_short(value)}")
+    return number
+
+
+def _short(value: object) -> str:
+    if isinstance(value, int) and value.bit_length() > LONGEST_SHOWN:  # Python writes no int of thousands of digits
+        return f"a whole number of {value.bit_length()} bits"
+    text = "nothing" if value is None else repr(value) if isinstance(value, str | int | float) else type(value).__name__
+    return text if len(text) <= 60 else text[:57] + "..."

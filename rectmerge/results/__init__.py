@@ -1,0 +1,1 @@
+"""The folder and the files that a merge writes."""

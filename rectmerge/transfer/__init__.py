@@ -1,0 +1,1 @@
+"""Transforms and points carried from map B to map A."""

@@ -1,0 +1,1 @@
+"""Runs: methods put to pairs, and the rows that come of it."""

@@ -1,0 +1,183 @@
+"""A method put to easy pairs, and what is wrong with it told by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rectmerge.alignment import Alignment, Method
+from rectmerge.grid import pixels_to_map_frame
+from rectmerge.results.folder import to_json
+from scenarios.bench.external_program import MATRIX
+from scenarios.bench.mistakes import name_mistake
+from scenarios.bench.rows import Answer, Contender, Row, answer_within, row_of
+from scenarios.execution.limits import Limits
+from scenarios.execution.terminal import table
+from scenarios.pairs.drawn_pairs import VIEWS, easy_pairs
+from scenarios.pairs.pair import MapPair
+from scenarios.scoring.score import RIGHT
+
+WITHIN = Limits(timeout_s=60.0)
+HEADS = ("pair", "answer", "error, cells", "turn, deg", "scale, %", "confidence", "seconds")
+SAME_PLACE = 1e-6  # of `b_to_a` and `pixels` of one candidate, in units of A's map frame
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """An easy pair, a method's answer to it, and the answer as a row that is scored."""
+
+    pair: MapPair
+    answer: Answer
+    row: Row
+
+    @property
+    def found(self) -> Alignment | None:
+        """The answer; None where the method failed."""
+        return self.answer.attempt.value
+
+    @property
+    def is_right(self) -> bool:
+        """Whether the best candidate is right, whatever the verdict."""
+        return bool(self.row["grades"]) and self.row["grades"][0] in RIGHT
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Checked:
+    """What a check found: the answers, and what is wrong, a line each; none where all is well."""
+
+    answers: Sequence[Asked]
+    complaints: Sequence[str]
+
+    def told(self) -> str:
+        """Lay out a line for each pair, and then what is wrong."""
+        lines = [f"wrong: {complaint}" for complaint in self.complaints] or ["all is well"]
+        return "\n".join([table(HEADS, [_cells(asked) for asked in self.answers]), "", *lines])
+
+
+def check_method(
+    label: str, method: Method, *, seed: int = 0, on_answer: Callable[[str], None] = lambda pair: None
+) -> Checked:
+    """Put a method to every easy pair, twice with the same seed, in a process of its own, and say what is wrong.
+
+    Parameters
+    ----------
+    label
+        The method's name for its author.
+    method
+        The method.
+    seed
+        Of every answer.
+    on_answer
+        Called after each pair with its name.
+    """
+    contender = Contender(label=label, method=method)
+    answers, unsteady = [], []
+    for pair in easy_pairs():
+        first = _ask(pair, contender, seed)
+        answers.append(first)
+        if first.found is not None and _content(first) != _content(_ask(pair, contender, seed)):
+            unsteady.append(pair.pair_id)
+        on_answer(pair.pair_id)
+    return Checked(answers=answers, complaints=[*_complaints(answers), *_about_seeds(unsteady)])
+
+
+def _ask(pair: MapPair, contender: Contender, seed: int) -> Asked:
+    answer = answer_within(pair, contender, seed=seed, limits=WITHIN)
+    return Asked(pair=pair, answer=answer, row=row_of(pair, contender, answer))
+
+
+def _content(asked: Asked) -> str:
+    """Return what two answers with the same seed must share."""
+    keys = ("outcome", "verdict", "confidence", "candidates")
+    return to_json({key: asked.row[key] for key in keys})
+
+
+def _complaints(answers: Sequence[Asked]) -> list[str]:
+    """Say what is wrong with the answers that were given, and with those that were not."""
+    return [
+        *_about_failures(answers),
+        *_about_placements(answers),
+        *_about_refusals(answers),
+        *_about_confidence(answers),
+        *_about_frames(answers),
+    ]
+
+
+def _about_failures(answers: Sequence[Asked]) -> list[str]:
+    reasons: dict[str, list[str]] = {}
+    for asked in answers:
+        if asked.found is None:
+            reasons.setdefault(f"{asked.row['outcome']}: {asked.row['reason']}", []).append(asked.pair.pair_id)
+    return [f"it fails on {_listed(pairs)}: {reason}" for reason, pairs in reasons.items()]
+
+
+def _about_placements(answers: Sequence[Asked]) -> list[str]:
+    placed = [asked for asked in answers if asked.row["candidates"]]
+    mistake = name_mistake([(asked.pair, np.array(asked.row["candidates"][0])) for asked in placed])
+    if mistake is not None:
+        return [f"{mistake.advice} ({mistake.name})"]
+    off = [asked.pair.pair_id for asked in placed if not asked.is_right]
+    if not off:
+        return []
+    return [f"its best placement is wrong on {_listed(off)}, by no mistake that is known here"]
+
+
+def _about_refusals(answers: Sequence[Asked]) -> list[str]:
+    """Name the easy pairs that were not accepted."""
+    refused = [asked.pair.pair_id for asked in answers if asked.found is not None and not asked.found]
+    return [f"it does not accept {_listed(refused)}, whose maps are clean and share most of a building"] * bool(refused)
+
+
+def _about_confidence(answers: Sequence[Asked]) -> list[str]:
+    odd = [
+        (asked.pair.pair_id, confidence)
+        for asked in answers
+        if (found := asked.found) is not None
+        for confidence in (found.confidence, *(candidate.confidence for candidate in found.candidates))
+        if not (0.0 <= confidence <= 1.0 or (math.isnan(confidence) and MATRIX in found.trace))  # a program may not say
+    ]
+    if not odd:
+        return []
+    pairs = list(dict.fromkeys(pair for pair, _ in odd))
+    return [f"a confidence is a probability, 0..1, but it says {odd[0][1]:g} on {_listed(pairs)}"]
+
+
+def _about_frames(answers: Sequence[Asked]) -> list[str]:
+    """Name the pairs on which a candidate says one thing between pixels and another between map frames."""
+    torn = []
+    for asked in answers:
+        for candidate in asked.found.candidates if asked.found is not None else ():
+            meant = pixels_to_map_frame(candidate.pixels, asked.pair.a, asked.pair.b)
+            if not np.allclose(meant.matrix, candidate.b_to_a.matrix, rtol=SAME_PLACE, atol=SAME_PLACE):
+                torn.append(asked.pair.pair_id)
+                break
+    return [f"`pixels` and `b_to_a` of a candidate differ on {_listed(torn)}: make it by Candidate.from_pixels"] * bool(
+        torn
+    )
+
+
+def _about_seeds(unsteady: Sequence[str]) -> list[str]:
+    return [
+        f"two calls with the same seed differ on {_listed(unsteady)}: draw from `rng` alone, and keep nothing"
+    ] * bool(unsteady)
+
+
+def _listed(pairs: Sequence[str]) -> str:
+    return "every pair" if len(pairs) == len(VIEWS) else ", ".join(f'"{pair}"' for pair in pairs)
+
+
+def _cells(asked: Asked) -> list[str]:
+    """Lay out the line of one pair."""
+    row = asked.row
+    verdict = row["verdict"] or row["outcome"]
+    if row["candidates"]:
+        verdict += ", right" if asked.is_right else ", wrong"
+    errors: dict[str, Any] = row["errors"] or {}
+    told = [f"{errors[key]:.2f}" if errors else "-" for key in ("e_px", "rotation_deg", "scale_pct")]
+    confidence = row["confidence"]
+    sure = "-" if confidence is None or math.isnan(confidence) else f"{confidence:.2f}"
+    return [asked.pair.pair_id, verdict, *told, sure, f"{row['seconds']['wall']:.2f}" if row["seconds"] else "-"]

@@ -1,0 +1,142 @@
+"""The folder of a run that may end at any moment and goes on where it stopped: one writer, whole lines."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from array import array
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.errors import InputError
+from rectmerge.results.folder import plain
+from scenarios.bench.rows import Row
+from scenarios.execution.journal import Journal
+
+RECORD, MACHINE, RESULTS, SUMMARY = "run.toml", "machine.json", "results.jsonl", "summary.json"
+TOLD_APART_BY = ("suite", "seed", "methods", "pairs")  # keys of the record, for people
+
+
+class Results:
+    """The rows of a run that this process alone may add to.
+
+    Parameters
+    ----------
+    journal
+        ``results.jsonl`` in the run's folder.
+    """
+
+    def __init__(self, journal: Journal) -> None:
+        self.folder = journal.path.parent
+        self._journal = journal
+        self._done = _task_numbers(journal.path)
+
+    @property
+    def count(self) -> int:
+        """How many rows there were at the start."""
+        return len(self._done)
+
+    def holds(self, task_id: str) -> bool:
+        """Whether the row of a task was there at the start."""
+        number = np.uint64(int(task_id, 16))
+        place = int(np.searchsorted(self._done, number))
+        return place < len(self._done) and bool(self._done[place] == number)
+
+    def add(self, rows: Iterable[Row]) -> None:
+        """Append rows as whole lines and hand them to the system.
+
+        Raises
+        ------
+        InputError
+            If they cannot be written.
+        """
+        self._journal.append(*map(plain, rows))
+
+
+@contextmanager
+def results_in(out: str | Path, record: str, *, force: bool) -> Iterator[Results]:
+    """Open a run's folder to begin a run, or to go on with the one that it holds.
+
+    Parameters
+    ----------
+    out
+        The folder; made where there is none.
+    record
+        What ``run.toml`` is to hold; a run with another ``run_id`` is a run of something else.
+    force
+        Clear what the folder holds.
+
+    Raises
+    ------
+    InputError
+        If another process is writing into it, it holds a run of something else and `force` is off, it cannot be
+        written, or a row in it is damaged.
+    """
+    folder = Path(out)
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; results go into a folder")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {error.strerror}") from error
+    with closing(Journal(folder / RESULTS)) as journal:
+        if force:
+            _clear(folder, journal)
+        _check_same(folder, record)
+        journal.mend()
+        yield Results(journal)
+
+
+def rows_in(path: Path) -> Iterator[Row]:
+    """Read rows one by one.
+
+    Raises
+    ------
+    InputError
+        If a line is not a row.
+    """
+    with path.open("rb") as lines:
+        for number, line in enumerate(lines, start=1):
+            try:
+                row = json.loads(line)
+            except ValueError as error:
+                raise InputError(f"{path}:{number}: not JSON: {error}") from error
+            if not isinstance(row, dict):
+                raise InputError(f"{path}:{number}: not a row of a run")
+            yield row
+
+
+def _clear(folder: Path, journal: Journal) -> None:
+    """Clear a run's files, the rows last: what is left of an interrupted clearing is still refused."""
+    for name in (SUMMARY, MACHINE, RECORD):
+        (folder / name).unlink(missing_ok=True)
+    journal.clear()
+
+
+def _check_same(folder: Path, record: str) -> None:
+    path = folder / RECORD
+    if not path.exists() and not (folder / RESULTS).stat().st_size:
+        return
+    try:
+        before = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        before = {}
+    if before.get("run_id") != (now := tomllib.loads(record))["run_id"]:
+        differs = next((key for key in TOLD_APART_BY if before.get(key) != now[key]), "content of the pairs")
+        raise InputError(f"{folder}: holds a run of something else (another {differs}); --force clears it")
+
+
+def _task_numbers(path: Path) -> NDArray[np.uint64]:
+    """Return the ids of the rows as numbers, ascending: eight bytes each, however many there are."""
+    return np.sort(np.frombuffer(array("Q", (_number(row, path) for row in rows_in(path))), dtype=np.uint64))
+
+
+def _number(row: Row, path: Path) -> int:
+    try:
+        return int(row["task_id"], 16)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: a row has no task_id of this version; --force clears the run") from error

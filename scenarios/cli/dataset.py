@@ -1,0 +1,103 @@
+"""The commands of `rectbench` that make and check data sets."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, cast
+
+import typer
+
+from rectmerge.cli import console
+from rectmerge.cli.console import Debug, Quiet
+from rectmerge.errors import InputError
+from rectmerge.extras import SIMULATOR, require_extras
+from scenarios.execution.terminal import progress
+
+if TYPE_CHECKING:
+    from scenarios.dataset.generate import Form
+
+
+def generate(
+    name: Annotated[str, typer.Argument(metavar="SUITE", help="A suite's name or file.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DATASET", help="Folder for the data set.")],
+    pairs: Annotated[int | None, typer.Option(min=1, help="The first so many pairs; further seeds beyond all.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed makes other buildings.")] = 0,
+    form: Annotated[
+        str, typer.Option("--format", metavar="files|mcap", help="mcap: each pair's mission as a ROS bag, too.")
+    ] = "files",
+    workers: Annotated[int | None, typer.Option(min=1, help="Worker processes; 1 works in this process.")] = None,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Work on this dask cluster, as in tcp://host:8786.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Clear another data set in the folder first.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print dataset_info.json without its checksums.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Make a data set of a suite: maps, truth, buildings, checksums and a card.
+
+    Interrupted and called again with the same words it goes on where it was; the files are the same as if it had not
+    been interrupted, whatever the number of workers. A pair that cannot be made is named in dataset_info.json.
+    """
+    from scenarios.dataset.generate import generate as generate_suite
+    from scenarios.dataset.generate import plan, told
+    from scenarios.execution.executors import workplace
+    from scenarios.suites.suite import load_suite
+
+    if workers and cluster:
+        raise InputError("--workers and --cluster exclude each other")
+    suite = load_suite(name)
+    require_extras(*SIMULATOR)
+    total = pairs or sum(job.count for job in plan(suite, seed=seed))
+    making = functools.partial(
+        generate_suite, suite, output, pairs=pairs, seed=seed, form=cast("Form", form), force=force
+    )
+    try:
+        with workplace(workers or 1, cluster) as (executor, in_flight), progress(total, quiet) as advance:
+            info = making(executor=executor, in_flight=in_flight, on_done=lambda count: advance(count, "pairs"))
+    except KeyboardInterrupt:
+        console.say(f"{output}: what was made is kept; the same command (without --force) goes on")
+        raise
+    typer.echo(told(info, as_json=as_json))
+    typer.echo(f"written: {output}", err=as_json)
+
+
+def verify(
+    dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A data set's folder.")],
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Recompute a data set's checksums, truth and overlaps, and say what is wrong with file and line.
+
+    Ends with status 0 when everything is as it is told, 1 when something is not. Works on anybody's data set in the
+    layout; without dataset_info.json there are no checksums to compare.
+    """
+    from scenarios.dataset.verify import row_count
+    from scenarios.dataset.verify import verify as check
+
+    with progress(row_count(dataset), quiet) as advance:
+        verdict = check(dataset, on_pair=lambda: advance(1, "pairs"))
+    for note in verdict.notes:
+        console.say(note)
+    for fault in verdict.faults:
+        typer.echo(fault)
+    typer.echo(f"{verdict.pairs} pairs, {verdict.files} checksums: {len(verdict.faults) or 'nothing'} wrong")
+    if verdict.faults:
+        raise typer.Exit(console.NO)
+
+
+def certify(
+    dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A data set's folder.")],
+    seconds: Annotated[float, typer.Option(min=0.1, metavar="S", help="Time for each certificate.")] = 10.0,
+    every: Annotated[int, typer.Option(min=1, help="Take every so many-th pair only.")] = 1,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Tell which of the pairs that the default method accepts it can certify, as `rectmerge merge --certify` does."""
+    from scenarios.dataset.certify import certify_dataset, told
+    from scenarios.dataset.verify import row_count
+
+    with progress(-(-row_count(dataset) // every), quiet) as advance:
+        found = certify_dataset(dataset, every=every, seconds=seconds, on_pair=lambda: advance(1, "pairs"))
+    typer.echo(told(found))

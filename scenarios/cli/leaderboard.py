@@ -1,0 +1,151 @@
+"""The commands of `rectbench` around the leaderboard."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rectmerge.cli import console
+from rectmerge.cli.console import Debug, Quiet
+from rectmerge.extras import SIMULATOR, require_extras
+from scenarios.execution.terminal import progress, told_of_earlier_rows, told_of_rows
+
+
+def tune(
+    dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A data set; its split train is used.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="RUN", help="Folder for the run.")],
+    method: Annotated[
+        list[str] | None, typer.Option("--method", "-m", help="An entrant of the leaderboard; may be repeated.")
+    ] = None,
+    budget: Annotated[int, typer.Option(min=1, help="Configurations tried of each method.")] = 12,
+    every: Annotated[int, typer.Option(min=1, help="Take every so many-th pair only.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
+    force: Annotated[bool, typer.Option("--force", help="Clear an earlier run in the folder first.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Tune the methods of the leaderboard, all with one budget, and print what scenarios/bench/tuned.toml takes.
+
+    The first configuration of each is its authors' own; the others are drawn from its space in
+    scenarios/bench/entrants.toml. Taken is what is right and accepted most often less wrong and accepted, at its
+    best threshold. Interrupted and called again it goes on where it was.
+    """
+    require_extras("tomli_w")
+    import tomli_w
+
+    from scenarios.bench import run as bench
+    from scenarios.bench.entrants import entrants_named
+    from scenarios.bench.rows import contenders_of
+    from scenarios.dataset.reader import dataset_name, open_dataset
+    from scenarios.execution.executors import workplace
+    from scenarios.leaderboard.tuning import as_table, tuned_contender
+
+    sources = open_dataset(dataset, split="train")[::every]
+    ways = [(one, one.configurations(budget)) for one in entrants_named(method or [])]
+    entries = [way for _, configurations in ways for way in configurations]
+    contenders = contenders_of([entry.label for entry in entries], entries)
+    total = len(sources) * len(contenders)
+    with progress(total, quiet) as advance, workplace(workers, None) as (executor, in_flight):
+        bench.run(
+            sources,
+            contenders,
+            output,
+            suite=dataset_name(dataset),
+            executor=executor,
+            in_flight=in_flight,
+            force=force,
+            on_start=told_of_earlier_rows(advance, total, quiet),
+            on_rows=told_of_rows(advance),
+        )
+    rows = bench.read_rows(output)
+    table = as_table([tuned_contender(one, configurations, rows) for one, configurations in ways])
+    typer.echo(tomli_w.dumps(table))
+
+
+def report(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Finished runs.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.html", help="The page.")],
+    latex: Annotated[
+        Path | None, typer.Option(metavar="FILE.tex", help="The leaderboards as LaTeX tables, too.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier report.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Write finished runs as one page: leaderboard, charts, and a gallery of every pair. It needs no network."""
+    from scenarios.report.page import write_report
+
+    count = write_report(runs, output, table=latex, force=force)
+    typer.echo(f"written: {output}, {count} answers, {output.stat().st_size / 1e6:.1f} MB")
+
+
+def leaderboard(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for all of it.")],
+    maps: Annotated[
+        Path | None, typer.Option(metavar="MAPS", help="The folder that holds the data sets real_maps and real_lasers.")
+    ] = None,
+    suite: Annotated[
+        list[str] | None, typer.Option("--suite", help="A simulated suite, in place of all; may be repeated.")
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Put everybody to the leaderboard's suites and write README.md and report.html; a long run that can be resumed.
+
+    DIR gets sets/ and runs/ as well, which are taken up again where an earlier command left them; a finished data set
+    stays as it is, whatever version made it. Without MAPS there are no real pairs.
+    """
+    from rectmerge.io.image_file import replace_file
+    from scenarios.dataset.generate import generate, plan
+    from scenarios.dataset.writer import finished_info
+    from scenarios.execution.executors import workplace
+    from scenarios.leaderboard.contests import RUNS, SUITES, stages
+    from scenarios.leaderboard.page import page
+    from scenarios.report.page import write_report
+    from scenarios.report.reading import Runs
+    from scenarios.suites.suite import load_suite
+
+    require_extras(*SIMULATOR, "tomli_w", "jinja2", "matplotlib")
+    folders = []
+    for stage in stages(output, maps, suite or SUITES):
+        folder = output / RUNS / stage.run_name
+        with workplace(workers, None) as (executor, in_flight):
+            if stage.is_simulated and not finished_info(stage.folder):
+                console.say(f"{stage.folder}: the data set")
+                made = load_suite(stage.name)
+                with progress(sum(job.count for job in plan(made)), quiet) as advance:
+                    done = functools.partial(advance, word="pairs")
+                    generate(made, stage.folder, executor=executor, in_flight=in_flight, on_done=done)
+            console.say(f"{folder}: everybody on it")
+            contest = stage.contest()
+            with progress(contest.tasks, quiet) as advance:
+                contest.run(
+                    folder,
+                    executor=executor,
+                    in_flight=in_flight,
+                    command=f"rectbench leaderboard, {stage.run_name}",
+                    on_start=told_of_earlier_rows(advance, contest.tasks, quiet),
+                    on_rows=told_of_rows(advance),
+                )
+        folders.append(folder)
+    replace_file(output / "README.md", page(Runs.read(folders)).encode())
+    write_report(folders, output / "report.html", force=True)
+    typer.echo(f"written: {output}")
+
+
+def growth(
+    measured: Annotated[Path, typer.Argument(metavar="BENCH.json", help="What bench_growth.py measured.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the page and the plot.")],
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier page in the folder.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Lay out how the cost of methods grows with the size of the maps, from a run of tests/bench/bench_growth.py."""
+    from scenarios.leaderboard.growth import write_growth
+
+    write_growth(measured, output, force=force)
+    typer.echo(f"written: {output}")

@@ -1,0 +1,40 @@
+"""The commands `rectbench explain` and `rectbench figures`: the pictures of the pages on how the methods work."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rectmerge.cli import console
+from rectmerge.cli.console import Debug, Quiet
+from rectmerge.extras import SIMULATOR, require_extras
+
+
+def explain(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the pictures.")],
+    force: Annotated[bool, typer.Option("--force", help="Replace earlier pictures in the folder.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Draw what the default method does with two simulated pairs: the pictures of docs/how-it-works.md."""
+    from scenarios.gallery.how_it_works import explain
+
+    require_extras(*SIMULATOR)
+    written = explain(output, force=force, say=(lambda line: None) if quiet else console.say)
+    typer.echo(f"written: {len(written)} pictures in {output}")
+
+
+def figures(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the figures.")],
+    force: Annotated[bool, typer.Option("--force", help="Replace earlier figures in the folder.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Draw counterparts of the paper's figures 2 to 12 and Table I: those of docs/the-papers-method.md."""
+    from scenarios.gallery.paper_figures import write_figures
+
+    require_extras(*SIMULATOR)
+    written = write_figures(output, force=force, say=(lambda line: None) if quiet else console.say)
+    typer.echo(f"written: {len(written)} files in {output}")

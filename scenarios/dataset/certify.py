@@ -1,0 +1,71 @@
+"""Which of a data set's pairs that the default method accepts are certified."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from rectmerge.methods import align, searched_scale
+from rectmerge.robust.certificate import Certificate, certify
+from scenarios.dataset.reader import open_dataset
+from scenarios.execution.terminal import table
+from scenarios.pairs.pair import MapPair
+
+OPEN = "left open"
+
+
+def certify_dataset(
+    dataset: str | Path, *, every: int = 1, seconds: float = 10.0, on_pair: Callable[[], None] = lambda: None
+) -> list[tuple[str, Certificate]]:
+    """Ask the default method for every so many-th pair, and certify what it accepts.
+
+    Parameters
+    ----------
+    dataset
+        Its folder.
+    every
+        1 takes all pairs.
+    seconds
+        Wall time for each certificate.
+    on_pair
+        Called after each pair that was asked.
+
+    Returns
+    -------
+    list
+        (pair_id, certificate) of the accepted pairs, in the data set's order.
+
+    Raises
+    ------
+    DatasetError
+        If it cannot be read.
+    """
+    found = []
+    for source in open_dataset(dataset)[::every]:
+        for pair in source.pairs():
+            certificate = _certified(pair, seconds)
+            found += [] if certificate is None else [(pair.pair_id, certificate)]
+            on_pair()
+    return found
+
+
+def told(found: Sequence[tuple[str, Certificate]]) -> str:
+    """Lay the certificates out: a line for each pair, and how many there are of each kind."""
+    rows = [[pair_id, _kind(one), f"{one.seconds:.1f}", str(one)] for pair_id, one in found]
+    kinds = [_kind(one) for _, one in found]
+    counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in ("certified", "rivalled", OPEN))
+    return f"{table(['pair', 'answer', 's', 'what was shown'], rows)}\nof {len(found)} accepted pairs: {counts}"
+
+
+def _certified(pair: MapPair, seconds: float) -> Certificate | None:
+    answer = align(pair.a, pair.b)
+    if not answer:
+        return None
+    scale = searched_scale("auto", answer.scale)
+    return certify(pair.a, pair.b, answer.candidates[0].pixels, scale=scale, seconds=seconds)
+
+
+def _kind(certificate: Certificate) -> str:
+    if certificate:
+        return "certified"
+    return OPEN if certificate.counterexample is None else "rivalled"

@@ -1,0 +1,203 @@
+"""A pair's mission as a ROS bag, rosbag2 with MCAP: both robots' growing maps, odometry, scans and transforms."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from rectmerge.grid import OccupancyGrid
+from scenarios.dataset.recording import Recording, record
+from scenarios.pairs.pair import MadeFrom, MapPair
+from sim.slam.odometry import between
+
+ROBOTS = ("robot1", "robot2")  # of the maps A and B
+MAP, ODOMETRY, SCAN = "nav_msgs/msg/OccupancyGrid", "nav_msgs/msg/Odometry", "sensor_msgs/msg/LaserScan"
+TF = "tf2_msgs/msg/TFMessage"
+LATCHED = (MAP, "/tf_static")  # types and topics whose last message a late subscriber gets
+VERSION: Literal[8] = 8  # of rosbag2's metadata: the newest that all distributions from Humble on read
+
+
+class _Sent(NamedTuple):
+    """A message: when, in nanoseconds; its place among those of one time; and where to."""
+
+    time: int
+    order: int
+    topic: str
+    type: str
+    message: Any
+
+
+def encode_bag(pair: MapPair, made: MadeFrom, name: str) -> dict[str, bytes]:
+    """Write a pair's mission as a bag; the same pair gives the same bytes.
+
+    Parameters
+    ----------
+    pair
+        A pair made from a mission. The last message on ``/robot1/map`` is map A, on ``/robot2/map`` map B.
+    made
+        What it was made from.
+    name
+        Of the bag's folder.
+
+    Returns
+    -------
+    dict
+        The files of the folder by name: the MCAP file, its chunks compressed with zstd, and metadata.yaml.
+
+    Notes
+    -----
+    Topics of each robot: ``map`` every five seconds, transient local; at every scan ``scan``, ``odom`` and, on ``/tf``,
+    the transforms from ``map`` to ``odom`` to ``base``. By ``/tf_static`` the scanner stands above ``base``. A reading
+    is inf where nothing was in reach and nan where it was lost (REP 117).
+    """
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    recordings = dict(zip(ROBOTS, record(pair, made), strict=True))
+    make = _Maker(store.types)
+    streams = [stream for robot, one in recordings.items() for stream in make.streams(robot, one)]
+    with TemporaryDirectory() as folder:
+        writer = Writer(Path(folder) / name, version=VERSION, storage_plugin=StoragePlugin.MCAP)
+        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        topics: dict[str, Any] = {}
+        with writer:
+            for sent in heapq.merge(make.still(recordings), *streams, key=lambda sent: sent[:3]):
+                if sent.topic not in topics:
+                    qos = [_quality(is_latched=sent.topic in LATCHED or sent.type in LATCHED)]
+                    topics[sent.topic] = writer.add_connection(
+                        sent.topic, sent.type, typestore=store, offered_qos_profiles=qos
+                    )
+                writer.write(topics[sent.topic], sent.time, store.serialize_cdr(sent.message, sent.type))
+        return {file.name: file.read_bytes() for file in sorted(writer.path.iterdir())}
+
+
+class _Maker:
+    """Makes messages of a store of types."""
+
+    def __init__(self, types: Any) -> None:
+        self._types = types
+
+    def streams(self, robot: str, one: Recording) -> list[Iterator[_Sent]]:
+        """Return what a robot sends, in streams that each are in order of time."""
+        return [
+            self._transforms(robot, one),
+            self._odometry(robot, one),
+            self._scans(robot, one),
+            self._maps(robot, one),
+        ]
+
+    def still(self, recordings: dict[str, Recording]) -> Iterator[_Sent]:
+        """Yield where the scanners stand, once, before anything moves."""
+        start = min(_nanoseconds(one.times[0]) for one in recordings.values())
+        links = [
+            self._link(start, f"{robot}/base", f"{robot}/scan", np.zeros(3), height_m=one.lidar.height_m)
+            for robot, one in recordings.items()
+        ]
+        yield _Sent(start, 0, "/tf_static", TF, self._types[TF](transforms=links))
+
+    def _transforms(self, robot: str, one: Recording) -> Iterator[_Sent]:
+        for time, drift, wheels in zip(map(_nanoseconds, one.times), one.drift, one.wheels, strict=True):
+            links = [
+                self._link(time, f"{robot}/map", f"{robot}/odom", drift),
+                self._link(time, f"{robot}/odom", f"{robot}/base", wheels),
+            ]
+            yield _Sent(time, 1, "/tf", TF, self._types[TF](transforms=links))
+
+    def _odometry(self, robot: str, one: Recording) -> Iterator[_Sent]:
+        steps = between(one.wheels[:-1], one.wheels[1:]) / np.diff(one.times)[:, None]  # (S-1, 3), per second
+        speeds = np.concatenate([np.zeros((1, 3)), steps])
+        covariance = np.zeros(36)
+        for time, wheels, (along, across, turn) in zip(map(_nanoseconds, one.times), one.wheels, speeds, strict=True):
+            vectors = [self._made("geometry_msgs/msg/Vector3", *v) for v in ((along, across, 0.0), (0.0, 0.0, turn))]
+            twist = self._made("geometry_msgs/msg/Twist", *vectors)
+            message = self._types[ODOMETRY](
+                header=self._header(time, f"{robot}/odom"),
+                child_frame_id=f"{robot}/base",
+                pose=self._made("geometry_msgs/msg/PoseWithCovariance", self._pose(wheels), covariance),
+                twist=self._made("geometry_msgs/msg/TwistWithCovariance", twist, covariance),
+            )
+            yield _Sent(time, 2, f"/{robot}/odom", ODOMETRY, message)
+
+    def _scans(self, robot: str, one: Recording) -> Iterator[_Sent]:
+        lidar, angles = one.lidar, one.lidar.angles
+        apart = float(np.median(np.diff(one.times))) if len(one.times) > 1 else 0.0
+        for time, ranges in zip(map(_nanoseconds, one.times), one.ranges.astype(np.float32), strict=True):
+            message = self._types[SCAN](
+                header=self._header(time, f"{robot}/scan"),
+                angle_min=float(angles[0]),
+                angle_max=float(angles[-1]),
+                angle_increment=math.radians(lidar.fov_deg) / lidar.beams,
+                time_increment=0.0,  # the simulation reads all beams at once
+                scan_time=apart,
+                range_min=lidar.min_range_m,
+                range_max=lidar.max_range_m,
+                ranges=ranges,
+                intensities=np.zeros(0, np.float32),
+            )
+            yield _Sent(time, 3, f"/{robot}/scan", SCAN, message)
+
+    def _maps(self, robot: str, one: Recording) -> Iterator[_Sent]:
+        for scan, grid in one.maps():
+            time = _nanoseconds(one.times[scan])
+            yield _Sent(time, 4, f"/{robot}/map", MAP, self._map(time, f"{robot}/map", grid))
+
+    def _map(self, time: int, frame: str, grid: OccupancyGrid) -> Any:
+        info = self._types["nav_msgs/msg/MapMetaData"](
+            map_load_time=self._time(time),
+            resolution=grid.cell_size,
+            width=grid.shape[1],
+            height=grid.shape[0],
+            origin=self._pose(grid.origin),
+        )
+        return self._types[MAP](header=self._header(time, frame), info=info, data=grid.occupancy[::-1].ravel())
+
+    def _link(self, time: int, parent: str, child: str, pose: Any, *, height_m: float = 0.0) -> Any:
+        x, y, yaw = map(float, pose)
+        place = self._made("geometry_msgs/msg/Vector3", x, y, height_m)
+        transform = self._made("geometry_msgs/msg/Transform", place, self._turn(yaw))
+        return self._made("geometry_msgs/msg/TransformStamped", self._header(time, parent), child, transform)
+
+    def _pose(self, pose: Any) -> Any:
+        x, y, yaw = map(float, pose)
+        return self._made("geometry_msgs/msg/Pose", self._made("geometry_msgs/msg/Point", x, y, 0.0), self._turn(yaw))
+
+    def _turn(self, yaw: float) -> Any:
+        return self._made("geometry_msgs/msg/Quaternion", 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+
+    def _header(self, time: int, frame: str) -> Any:
+        return self._made("std_msgs/msg/Header", self._time(time), frame)
+
+    def _time(self, time: int) -> Any:
+        return self._made("builtin_interfaces/msg/Time", *divmod(time, 10**9))
+
+    def _made(self, name: str, *fields: Any) -> Any:
+        return self._types[name](*fields)
+
+
+def _nanoseconds(seconds: float) -> int:
+    return round(float(seconds) * 1e9)
+
+
+def _quality(*, is_latched: bool) -> Any:
+    """Return the quality of service that a topic is played with."""
+    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+
+    never = QosTime(0, 0)  # no deadline
+    return Qos(
+        history=QosHistory.KEEP_LAST,
+        depth=1 if is_latched else 10,
+        reliability=QosReliability.RELIABLE,
+        durability=QosDurability.TRANSIENT_LOCAL if is_latched else QosDurability.VOLATILE,
+        deadline=never,
+        lifespan=never,
+        liveliness=QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=never,
+        avoid_ros_namespace_conventions=False,
+    )

@@ -1,0 +1,183 @@
+"""Whether a data set is what it says: checksums, rows, truth, overlaps, maps and splits, all recomputed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.analysis.overlap import measure_agreement
+from rectmerge.errors import DatasetError, InputError, RectMergeError
+from rectmerge.grid import pixels_to_map_frame
+from rectmerge.io.map_file import map_files, read_map
+from rectmerge.similarity import Similarity
+from scenarios.dataset.metadata import METADATA, Line, checked_row, metadata_lines, parsed_row
+from scenarios.dataset.reader import dataset_name, split_folders
+from scenarios.dataset.writer import JOURNAL, checksum, finished_info
+from scenarios.pairs.pair import MapPair
+
+FIT_WITHIN_PX = 0.05  # of the least-squares fit, on the control points: numbers in rows are rounded
+OVERLAP_WITHIN = 0.01
+RESOLUTION_WITHIN = 1e-6  # of itself
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """What was looked at, and what is wrong, each with its file and line.
+
+    Parameters
+    ----------
+    pairs, files
+        How many rows were checked, and how many checksums.
+    faults
+        Empty where the data set is what it says.
+    notes
+        What could not be checked.
+    """
+
+    pairs: int
+    files: int
+    faults: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class _Seen:
+    """What is unique, or belongs to one split, with where it was seen first."""
+
+    pair_ids: dict[str, str] = field(default_factory=dict)
+    buildings: dict[str, tuple[str, str]] = field(default_factory=dict)  # split and place
+    pairs: int = 0
+
+
+def verify(dataset: str | Path, on_pair: Callable[[], None] = lambda: None) -> Verdict:
+    """Check a data set, of our making or not.
+
+    Parameters
+    ----------
+    dataset
+        Its folder. Without ``dataset_info.json`` there are no checksums, and all the rest is checked.
+    on_pair
+        Called after every row.
+
+    Raises
+    ------
+    DatasetError
+        If there is no data set, or an unfinished one.
+    InputError
+        If ``dataset_info.json`` cannot be read.
+    """
+    root = Path(dataset)
+    if (root / JOURNAL).is_file():
+        raise DatasetError(f"{root}: is unfinished; the same `rectbench generate` again goes on with it")
+    if not (folders := split_folders(root)):
+        raise DatasetError(f"{root}: not a data set: there is no {METADATA} in it, in train/ or in test/")
+    info, seen = finished_info(root), _Seen()
+    checksums: dict[str, str] = (info or {}).get("checksums", {})
+    faults = list(_wrong_files(root, checksums))
+    for folder in folders:
+        for line in metadata_lines(folder):
+            faults += [f"{line.place}: {fault}" for fault in _wrong_in_line(line, folder, dataset_name(root), seen)]
+            seen.pairs += 1
+            on_pair()
+    faults += _wrong_counts(root, info, folders)
+    notes = () if checksums else (f"{root}: there is no dataset_info.json with checksums: files were not compared",)
+    return Verdict(pairs=seen.pairs, files=len(checksums), faults=tuple(faults), notes=notes)
+
+
+def row_count(dataset: str | Path) -> int:
+    """Count the rows of a data set."""
+    return sum(1 for folder in split_folders(Path(dataset)) for _ in metadata_lines(folder))
+
+
+def _wrong_files(root: Path, checksums: dict[str, str]) -> Iterator[str]:
+    for name, told in checksums.items():
+        path = root / name
+        if not path.is_file():
+            yield f"{path}: is missing"
+        elif (found := checksum(path)) != told:
+            yield f"{path}: its SHA-256 is {found[:12]}..., dataset_info.json tells {told[:12]}..."
+
+
+def _wrong_counts(root: Path, info: dict[str, Any] | None, folders: list[Path]) -> Iterator[str]:
+    for split, told in (info or {}).get("splits", {}).items():
+        found = sum(1 for folder in folders if folder.name == split for _ in metadata_lines(folder))
+        if found != told["pairs"]:
+            yield f"{root / split / METADATA}: has {found} rows, dataset_info.json tells {told['pairs']}"
+
+
+def _wrong_in_line(line: Line, folder: Path, suite: str, seen: _Seen) -> Iterator[str]:
+    """Say what is wrong with a row and its maps."""
+    try:
+        row = parsed_row(line)
+        pair = checked_row(row, folder, suite, line.place).pair()
+    except RectMergeError as error:
+        yield str(error).removeprefix(f"{line.place}: ")
+        return
+    if (first := seen.pair_ids.setdefault(pair.pair_id, line.place)) != line.place:
+        yield f"pair_id {pair.pair_id!r} is used in {first} too"
+    for key in ("place", "world"):
+        split, where = seen.buildings.setdefault(f"{key} {row.get(key)!r}", (folder.name, line.place))
+        if row.get(key) and split != folder.name:
+            yield f"{key} {row[key]!r} is in the split {split} too ({where})"
+    for name in "ab":
+        yield from _wrong_map(row, name, folder)
+    if pair.pixels is not None and pair.control_points is not None:
+        yield from _wrong_fit(pair.pixels, pair.control_points)
+        yield from _wrong_frames(row.get("b_to_a"), pair, pair.pixels)
+        if row.get("overlap") is not None:
+            found = measure_agreement(pair.a, pair.b, pair.pixels).overlap
+            if abs(found - row["overlap"]) > OVERLAP_WITHIN:
+                yield f"overlap is {row['overlap']}, but under the truth the maps have {found:.4f}"
+
+
+def _wrong_fit(pixels: Similarity, points: NDArray[np.float64]) -> Iterator[str]:
+    try:
+        fitted = Similarity.fit(points[:, 2:], points[:, :2])
+    except InputError as error:
+        yield f"control_points: {error}"
+        return
+    off = float(np.hypot(*(fitted.apply(points[:, 2:]) - pixels.apply(points[:, 2:])).T).max())
+    if off > FIT_WITHIN_PX:
+        yield f"pixels is not the least-squares fit to control_points: up to {off:.3f} pixels off"
+
+
+def _wrong_frames(told: Any, pair: MapPair, pixels: Similarity) -> Iterator[str]:
+    """Check `b_to_a` where it is between the frames that the maps are read in."""
+    if not isinstance(told, dict) or told.get("unit") != pair.a.unit:
+        return
+    try:
+        b_to_a = Similarity(told["scale"], told["angle_rad"], *told["translation"])
+    except (KeyError, TypeError, InputError):
+        yield f"b_to_a must have scale, angle_rad and translation, got {told!r:.60}"
+        return
+    corners = pair.b.pixel_to_map([[0, 0], [pair.b.shape[1], pair.b.shape[0]]])
+    off = b_to_a.apply(corners) - pixels_to_map_frame(pixels, pair.a, pair.b).apply(corners)
+    if (cells := float(np.hypot(*off.T).max()) / pair.a.cell_size) > FIT_WITHIN_PX:
+        yield f"b_to_a does not say what pixels says: up to {cells:.3f} cells off"
+
+
+def _wrong_map(row: dict[str, Any], name: str, folder: Path) -> Iterator[str]:
+    """Check the YAML of a map, which lies beside its image or is named by the row, and the building's raster."""
+    image = folder / row[f"map_{name}_file_name"]
+    header = folder / (row.get(f"map_{name}_yaml") or image.with_suffix(".yaml").relative_to(folder))
+    if header.is_file():
+        try:
+            grid, shown = read_map(header), map_files(header)[1]
+        except RectMergeError as error:
+            yield f"map_{name}_yaml: {error}"
+            return
+        told = row.get(f"resolution_{name}")
+        if told is not None and (grid.resolution is None or abs(grid.resolution - told) > RESOLUTION_WITHIN * told):
+            yield f"resolution_{name} is {told}, {header.name} tells {grid.resolution}"
+        if shown.resolve() != image.resolve():
+            yield f"{header.name} is of the image {shown.name}, not of {image.name}"
+    if name == "a" and row.get("world"):
+        try:
+            read_map((folder / str(row["world"])).with_suffix(".yaml"))
+        except RectMergeError as error:
+            yield f"world: {error}"

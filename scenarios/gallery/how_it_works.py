@@ -1,0 +1,288 @@
+"""The pictures of docs/how-it-works.md: what the default method does with simulated maps, stage by stage."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.alignment import Alignment, Candidate
+from rectmerge.drawing.maps import beside, draw_map, with_legend
+from rectmerge.errors import SimulationError
+from rectmerge.io.image_file import replace_file
+from rectmerge.methods import align
+from rectmerge.robust.correlation import correlate
+from rectmerge.robust.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
+from rectmerge.robust.face_score import FaceScore
+from rectmerge.robust.features import Features, dominant_angles, extract_features, rectangles_in_frame
+from rectmerge.robust.trinary_map import MapCells, trinary
+from rectmerge.robust.wall_agreement import FAR_CELLS, MET_CELLS, NEAR_CELLS
+from rectmerge.robust.wall_faces import QUARTER, Sides
+from rectmerge.similarity import Similarity
+from scenarios.execution.files import cleared_folder
+from scenarios.gallery.page_picture import small_png
+from scenarios.pairs.pair import MapPair
+from scenarios.suites.suite import load_suite
+
+Picture = NDArray[np.uint8]
+Color = tuple[int, int, int]
+NAMES = ("maps.png", "features.png", "shifts.png", "rivals.png", "ward.png")
+# colours that the colour-blind tell apart: M. Okabe and K. Ito, Color Universal Design, 2008
+BLUE, SKY, ORANGE, VERMILION, PURPLE = (0, 114, 178), (86, 180, 233), (230, 159, 0), (213, 94, 0), (204, 121, 167)
+FLOOR, NOTHING, SILENT = (255, 255, 255), (222, 222, 222), (150, 150, 150)
+WAYS: Mapping[str, Color] = {"faces way 0": BLUE, "way 1": ORANGE, "way 2": SKY, "way 3": VERMILION}
+ROOM, ROOM_EDGE, OTHER_ROOMS = (190, 232, 220), (0, 158, 115), (120, 120, 120)
+SAME_ROOM_CELLS = 3.0  # rectangles whose centres and sides differ by no more are one room
+MEETINGS: Mapping[str, Color] = {
+    "wall met": BLUE,
+    "wall contradicted": VERMILION,
+    "beside": PURPLE,
+    "thing met": SKY,
+    "thing not there": ORANGE,
+    "only one map knows": SILENT,
+}
+ZOOM = 2  # pixels of a picture per working cell
+RECTANGLES, DRAWN_RECTANGLES = 120, 8
+PEAKS, RING_PX, WHITE = 5, 10, (255, 255, 255)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explained:
+    """A pair, what the method answers to it, and what it reads off both maps."""
+
+    pair: MapPair
+    found: Alignment
+    a: Features
+    b: Features
+    angle: float
+
+    @classmethod
+    def of(cls, pair: MapPair) -> Explained:
+        """Ask the default method, and read the maps as it does.
+
+        Raises
+        ------
+        SimulationError
+            If a map has no walls or no placement is found.
+        """
+        a, b = (extract_features(MapCells.of(trinary(grid))) for grid in (pair.a, pair.b))
+        found = align(pair.a, pair.b, scale="free")
+        if a is None or b is None or len(found.candidates) < 2:
+            raise SimulationError(f"{pair.pair_id}: nothing to explain: {found.reason}")
+        return cls(pair, found, a, b, dominant_angles(a)[0][0])
+
+    @property
+    def best(self) -> Candidate:
+        """The best candidate."""
+        return self.found.candidates[0]
+
+    @property
+    def sides(self) -> tuple[Sides, Sides]:
+        """The faces of A and of B, numbered alike under the best candidate."""
+        return Sides.of(self.a, self.angle), self.sides_of_b(self.best.pixels)
+
+    def working(self, pixels: Similarity) -> Similarity:
+        """Turn a placement between the maps' pixels into one between the working grids."""
+        to_a, to_b = (Similarity(1 / each.factor, 0.0, *each.offset.tolist()) for each in (self.a, self.b))
+        return to_a @ pixels @ to_b.inverse()
+
+    def sides_of_b(self, pixels: Similarity) -> Sides:
+        """Sort the faces of B by the ways of A that a placement turns them to."""
+        return Sides.of(self.b, self.angle - pixels.angle)
+
+
+def explain(folder: str | Path, *, force: bool = False, say: Callable[[str], None]) -> list[Path]:
+    """Make all pictures anew, from two simulated buildings, and return their files.
+
+    Raises
+    ------
+    InputError
+        If the folder holds earlier ones and `force` is off.
+    SimulationError
+        If a mission fails.
+    """
+    out = cleared_folder(folder, () if force else NAMES, force=force)
+    say("two robots explore an office ...")
+    office = Explained.of(office_pair())
+    say(f"{office.found.verdict}; two robots explore a ward of rooms that are all alike ...")
+    ward = Explained.of(ward_pair())
+    say(f"{ward.found.verdict}; drawing ...")
+    pictures = (draw_maps(office), draw_features(office), draw_shifts(office), draw_rivals(office), draw_ward(ward))
+    for name, picture in zip(NAMES, pictures, strict=True):
+        replace_file(out / name, small_png(picture))
+    return [out / name for name in NAMES]
+
+
+def office_pair() -> MapPair:
+    """Make the maps of the demo's office, of which half the furniture was moved between the visits."""
+    source = load_suite("demo").sources()[0]
+    world = replace(source.scenario.world, changed=0.5)
+    mission = replace(source.scenario.mission, rays="compiled")
+    return next(replace(source, scenario=replace(source.scenario, world=world, mission=mission)).pairs())
+
+
+def ward_pair() -> MapPair:
+    """Make the maps of the first ward of identical rooms of the suite `repetitive`."""
+    source = load_suite("repetitive").sources()[0]
+    return next(replace(source, scenario=replace(source.scenario, noise=(1,))).pairs())
+
+
+def draw_maps(shown: Explained) -> Picture:
+    """Draw the two maps as they are given."""
+    grids = shown.pair.a, shown.pair.b
+    captions = [f"map {name}: {grid.shape[1]} x {grid.shape[0]} cells" for name, grid in zip("AB", grids, strict=True)]
+    return beside([draw_map(grid) for grid in grids], captions)
+
+
+def draw_features(shown: Explained) -> Picture:
+    """Draw both working grids: wall faces by the way they face, the best rectangles, and one room found in both."""
+    sides = shown.sides
+    frames = [rectangles_in_frame(each.features, each.angle, most=RECTANGLES) for each in sides]
+    room = _same_room(frames[0].boxes, frames[1].boxes, shown.working(shown.best.pixels))
+    pictures = []
+    for each, frame, same in zip(sides, frames, room, strict=True):
+        canvas = _Canvas.of([(each.features, Similarity())])
+        canvas.fill(_outline(frame.boxes[same], frame.angle), ROOM)
+        for box in frame.boxes[:DRAWN_RECTANGLES]:
+            canvas.outline(_outline(box, frame.angle), OTHER_ROOMS, 1)
+        canvas.outline(_outline(frame.boxes[same], frame.angle), ROOM_EDGE, 3)
+        for k, color in enumerate(WAYS.values()):
+            canvas.dots(each.features.walls[each.faces[:, k]], color)
+        pictures.append(canvas.image)
+    captions = [f"working grid of {name}" for name in "AB"]
+    legend = {**WAYS, "a room found in both": ROOM, f"the best {DRAWN_RECTANGLES} rectangles": OTHER_ROOMS}
+    return with_legend(beside(pictures, captions), legend)
+
+
+def draw_shifts(shown: Explained) -> Picture:
+    """Draw what every shift of B on A scores in four quarter turns, and the highest peaks of the correlation."""
+    score = FaceScore.of(shown.a, shown.b, shown.best.pixels)
+    turn, size = float(score.given[0]), float(score.given[1])
+    (height, width), beyond = shown.a.free.shape, math.ceil(shown.b.radius * math.exp(size))
+    x, y = np.meshgrid(np.arange(-beyond, width + beyond), np.arange(-beyond, height + beyond))
+    peaks, _ = correlate(*shown.sides, [math.exp(size)], most=PEAKS)
+    pictures, captions = [], []
+    for quarter in range(4):
+        at = np.column_stack([np.full((x.size, 2), (turn + quarter * QUARTER, size)), x.ravel(), y.ravel()])
+        share = score.of_placements(at).reshape(x.shape) / score.accepted
+        image = _shaded(share)
+        for a, b, tx, ty in peaks[quarter * PEAKS : (quarter + 1) * PEAKS]:
+            spot = Similarity.from_matrix([[a, -b, tx], [b, a, ty]]).apply(score.centre) + beyond
+            cv2.circle(image, np.rint(spot).astype(int).tolist(), RING_PX, WHITE, 1, cv2.LINE_AA)
+        pictures.append(image)
+        captions.append(f"B turned on by {90 * quarter} degrees: at most {max(0, share.max()):.0%}")
+    return beside(pictures, captions)
+
+
+def draw_rivals(shown: Explained) -> Picture:
+    """Draw the best placement and the strongest of its rivals: which faces meet, and which are contradicted."""
+    best, rival = shown.found.candidates[:2]
+    captions = [f"best placement: confidence {best.confidence:.2f}", f"strongest rival: {rival.confidence:.2f}"]
+    return with_legend(beside([draw_meetings(shown, each.pixels) for each in (best, rival)], captions), MEETINGS)
+
+
+def draw_ward(shown: Explained) -> Picture:
+    """Draw the same of a pair that cannot be told, and the truth beside them."""
+    best, rival = shown.found.candidates[:2]
+    if shown.pair.pixels is None:
+        raise SimulationError(f"{shown.pair.pair_id}: the maps have no truth to draw")
+    captions = [f"best: confidence {best.confidence:.2f}", f"rival: {rival.confidence:.2f}", "the truth"]
+    placements = (best.pixels, rival.pixels, shown.pair.pixels)
+    return with_legend(beside([draw_meetings(shown, each) for each in placements], captions, columns=3), MEETINGS)
+
+
+def draw_meetings(shown: Explained, pixels: Similarity) -> Picture:
+    """Draw the faces of both maps under a placement, in A's working grid, by what they meet in the other map."""
+    working = shown.working(pixels)
+    on_a, on_b = Sides.of(shown.a, shown.angle), shown.sides_of_b(pixels)
+    canvas = _Canvas.of([(shown.a, Similarity()), (shown.b, working)])
+    told = [
+        (shown.a.walls, _meetings(on_a, on_b, working.inverse())),
+        (working.apply(shown.b.walls), _meetings(on_b, on_a, working)),
+    ]
+    for kind, color in reversed(list(MEETINGS.items())):
+        for at, met in told:
+            canvas.dots(at[met == kind], color)
+    return canvas.image
+
+
+def _meetings(mine: Sides, other: Sides, placement: Similarity) -> NDArray[np.str_]:
+    """Say which of `MEETINGS` each wall point makes that a placement takes to the other map, by its best face, (N,)."""
+    u, v = np.rint(placement.apply(mine.features.walls)).astype(np.intp).T
+    height, width = other.features.free.shape
+    is_inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
+    codes = other.codes[:, v.clip(0, height - 1), u.clip(0, width - 1)].T.astype(np.intp)  # (N, 4)
+    beyond = codes - IN_UNKNOWN
+    is_near = (beyond >= 0) & (beyond < BINS) & (EDGES_CELLS[beyond.clip(0, BINS)] < NEAR_CELLS / 2)
+    is_judged = mine.faces & is_inside[:, None] & ((codes < BINS) | is_near)
+    away = np.where(is_judged, EDGES_CELLS[(codes % IN_UNKNOWN).clip(0, BINS)], np.inf).min(axis=1)
+    is_long = (mine.is_long & mine.faces).any(axis=1)
+    kinds = np.where(is_long, "wall met", "thing met")
+    kinds = np.where(away >= MET_CELLS, "beside", kinds)
+    kinds = np.where(away >= FAR_CELLS, np.where(is_long, "wall contradicted", "thing not there"), kinds)
+    return np.where(np.isinf(away), "only one map knows", kinds)
+
+
+def _shaded(share: NDArray[np.float64]) -> Picture:
+    """Shade scores as shares of the best placement's: dark blue for -0.5 and less, yellow for 1, in a few steps."""
+    levels = np.rint(15 * (share.clip(-0.5, 1) + 0.5) / 1.5).astype(np.uint8) * 17
+    return np.ascontiguousarray(np.asarray(cv2.applyColorMap(levels, cv2.COLORMAP_CIVIDIS), np.uint8)[..., ::-1])
+
+
+def _same_room(boxes_a: NDArray[np.float64], boxes_b: NDArray[np.float64], placement: Similarity) -> tuple[int, int]:
+    """Find the largest rectangles of A and B that a placement lays on each other."""
+    centres, sizes = placement.apply(boxes_b[:, :2]), placement.scale * boxes_b[:, 2:]
+    off = np.abs(boxes_a[:, None, :2] - centres[None]).max(axis=2)
+    off = np.maximum(off, np.abs(boxes_a[:, None, 2:] - sizes[None]).max(axis=2))  # (A, B)
+    worth = np.where(off < SAME_ROOM_CELLS, boxes_a[:, 2:].min(axis=1)[:, None], -off)
+    i, j = np.unravel_index(int(np.argmax(worth)), worth.shape)
+    return int(i), int(j)
+
+
+def _outline(box: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    """Return the corners of a rectangle of a frame, shape (4, 2)."""
+    half = box[2:] / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    corners: NDArray[np.float64] = Similarity(1.0, angle, *box[:2].tolist()).apply(half)
+    return corners
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Canvas:
+    """A picture of working grids: the floor in white; `zoom` takes points of the first grid to its pixels."""
+
+    image: Picture
+    zoom: Similarity
+
+    @classmethod
+    def of(cls, grids: Sequence[tuple[Features, Similarity]]) -> _Canvas:
+        """Draw the floor of grids, each moved by its placement onto the first."""
+        corners = [
+            placement.apply([[0, 0], [w, 0], [0, h], [w, h]])
+            for (h, w), placement in ((each.free.shape, placement) for each, placement in grids)
+        ]
+        low, high = np.min(corners, axis=(0, 1)), np.max(corners, axis=(0, 1))
+        zoom, size = Similarity(ZOOM, 0.0, *(-ZOOM * low).tolist()), np.ceil(ZOOM * (high - low)).astype(int).tolist()
+        image = np.full((size[1], size[0], 3), NOTHING, np.uint8)
+        for each, placement in grids:
+            seen = cv2.warpAffine(each.free.view(np.uint8), (zoom @ placement).matrix, size, flags=cv2.INTER_NEAREST)
+            image[seen > 0] = FLOOR
+        return cls(image, zoom)
+
+    def dots(self, points: NDArray[np.float64], color: Color) -> None:
+        """Draw a dot at each point, shape (N, 2)."""
+        for u, v in np.rint(self.zoom.apply(points)).astype(int).tolist() if len(points) else ():
+            cv2.rectangle(self.image, (u - 1, v - 1), (u + 1, v + 1), color, cv2.FILLED)
+
+    def outline(self, corners: NDArray[np.float64], color: Color, thickness: int) -> None:
+        """Draw the outline of a polygon, shape (N, 2)."""
+        path = np.rint(self.zoom.apply(corners)).astype(np.int32)
+        cv2.polylines(self.image, [path], isClosed=True, color=color, thickness=thickness, lineType=cv2.LINE_AA)
+
+    def fill(self, corners: NDArray[np.float64], color: Color) -> None:
+        """Fill a polygon, shape (N, 2)."""
+        cv2.fillPoly(self.image, [np.rint(self.zoom.apply(corners)).astype(np.int32)], color)

@@ -1,0 +1,1 @@
+"""A pair of maps and its ground truth."""

@@ -1,0 +1,289 @@
+"""One robot's log made into one map as a method sees it, turned and cropped, and where the world lies in it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rectmerge.errors import InputError
+from rectmerge.grid import OccupancyGrid
+from rectmerge.similarity import Similarity
+from scenarios.corruption import Damaged, check_damages, corrupt, damage, noise_strength
+from scenarios.corruption.geometry import Size, turn_image
+from scenarios.pairs.cropping import crop_to_known
+from sim.missions.log import RobotLog
+from sim.sensors.lidar import Lidar
+from sim.slam.mapping import HIT, LIMIT, MISS, build_map
+from sim.slam.odometry import drive_blind
+from sim.slam.pose_sources import PoseSource, Slam, estimate_poses
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapSpec:
+    """How a map is made from a log.
+
+    Parameters
+    ----------
+    resolution
+        Metres per cell.
+    turn_deg
+        How far the building stands turned in the image, degrees, counter-clockwise to the eye; "random" draws it.
+    turn
+        "frame": the map frame is turned before mapping, so every cell is as sharp as in an upright map.
+        "image": the finished image is turned by nearest neighbour, as the paper does.
+    extent_cells
+        (width, height) of the upright map: the window with the most known cells, filled up with unknown. Only with
+        "image".
+    canvas
+        (width, height) of the turned image, about the same centre; by default as large as it needs to be. Only with
+        "image".
+    hide_resolution
+        Whether methods are kept from knowing the resolution.
+    poses
+        Which poses the scans are laid down by: the true ones, those counted by the wheels, or those that the robot's
+        own scan matching estimates.
+    loop_closure
+        Whether the robot bends its path straight when it knows a place again. Only with poses = "slam".
+    slam
+        How the robot estimates its poses, and how wrong its wheels are; says nothing with poses = "truth".
+    corruption
+        Damage done to the map on top of its noise, as (kind, strength) in order: see `scenarios.corruption.corrupt`.
+        The truth follows what moves.
+    hit, miss
+        Log-odds that a hit adds to its cell, and that a ray takes away from each cell it passes.
+
+    Raises
+    ------
+    InputError
+        If a value cannot be used.
+    """
+
+    resolution: float = 0.05
+    turn_deg: float | Literal["random"] = 0.0
+    turn: Literal["frame", "image"] = "frame"
+    extent_cells: Size | None = None
+    canvas: Size | None = None
+    hide_resolution: bool = True
+    poses: PoseSource = "truth"
+    loop_closure: bool = False
+    slam: Slam = field(default_factory=Slam)
+    corruption: tuple[tuple[str, float], ...] = ()
+    hit: float = HIT
+    miss: float = MISS
+
+    def __post_init__(self) -> None:
+        if not 0.005 <= self.resolution <= 1.0:
+            raise InputError(f"resolution must be 0.005 to 1 metres per cell, got {self.resolution}")
+        if self.turn_deg != "random" and not (isinstance(self.turn_deg, int | float) and math.isfinite(self.turn_deg)):
+            raise InputError(f'turn_deg must be a number of degrees or "random", got {self.turn_deg!r}')
+        if self.turn not in ("frame", "image"):
+            raise InputError(f'turn must be "frame" or "image", got {self.turn!r}')
+        if self.poses not in get_args(PoseSource):
+            raise InputError(f"poses must be one of {', '.join(get_args(PoseSource))}, got {self.poses!r}")
+        check_damages(self.corruption)
+        if self.loop_closure and self.poses != "slam":
+            raise InputError(f'loop_closure needs poses = "slam", got {self.poses!r}')
+        for name, odds in (("hit", self.hit), ("miss", self.miss)):
+            if not 0 < odds <= LIMIT:
+                raise InputError(f"{name} must be log-odds > 0 and <= {LIMIT:g}, got {odds}")
+        for name, size in (("extent_cells", self.extent_cells), ("canvas", self.canvas)):
+            if size is not None and (self.turn != "image" or min(size) < 1):
+                raise InputError(f'{name} needs turn = "image" and two positive numbers, got {list(size)}')
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlacedMap:
+    """A map and where the world lies in it.
+
+    Parameters
+    ----------
+    grid
+        The map as a method sees it.
+    turn_deg
+        How far the building stands turned in it, degrees counter-clockwise to the eye.
+    poses, true_poses
+        Where the map took the scanner to be at each scan, and where it was: (x, y, yaw) in the world, shape (S, 3).
+    """
+
+    grid: OccupancyGrid
+    turn_deg: float
+    poses: NDArray[np.float64]
+    true_poses: NDArray[np.float64]
+    _built: OccupancyGrid
+    _damaged: Damaged
+    _upright: OccupancyGrid  # damaged and cropped
+    _frame: Similarity  # from the map frame to the world
+    _turned: Similarity  # from the upright map's pixels to the grid's
+
+    def world_to_pixel(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Take world points (x, y), shape (..., 2), metres, to pixels (u, v) of the map, as if no pose were wrong."""
+        at = self._frame.inverse().apply(points)
+        if self._damaged.motions:
+            at = self._damaged.grid.pixel_to_map(self._damaged.moved(self._built.map_to_pixel(at)))
+        return self._turned.apply(self._upright.map_to_pixel(at))
+
+    def shown_at(self, points: NDArray[np.float64], scans: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Take world points, shape (N, 2), metres, to the pixels where certain scans, shape (N,), put them.
+
+        What a scan sees moves as its pose is wrong: by the rigid motion from the true pose to the one it was laid by.
+        """
+        was, taken = self.true_poses[scans], self.poses[scans]  # (N, 3)
+        turn, arm = taken[:, 2] - was[:, 2], points - was[:, :2]
+        less, sin = np.cos(turn) - 1.0, np.sin(turn)  # the turn less identity: true poses move nothing, to the bit
+        swing = np.stack([less * arm[:, 0] - sin * arm[:, 1], sin * arm[:, 0] + less * arm[:, 1]], axis=-1)  # (N, 2)
+        return self.world_to_pixel(points + (taken[:, :2] - was[:, :2]) + swing)
+
+    @property
+    def origin(self) -> tuple[float, float, float]:
+        """Where the grid's lower-left corner lies in the world and how its rows run: a ROS map's origin there."""
+        height = self.grid.shape[0]
+        corners = self._turned.inverse().apply([[-0.5, height - 0.5], [0.5, height - 0.5]])
+        corner, right = self._frame.apply(self._undamaged.apply(self._upright.pixel_to_map(corners)))
+        return float(corner[0]), float(corner[1]), math.atan2(right[1] - corner[1], right[0] - corner[0])
+
+    @property
+    def resolution(self) -> float:
+        """Metres per cell of the grid, whether methods may know it or not."""
+        return float(self._upright.cell_size)
+
+    @property
+    def _undamaged(self) -> Similarity:
+        """The similarity that takes the map frame of the damaged map best to that of the map as it was built."""
+        if not self._damaged.motions:
+            return Similarity()
+        height, width = self._built.shape
+        pixels = np.stack(np.meshgrid(np.linspace(0, width, 9), np.linspace(0, height, 9)), axis=-1).reshape(-1, 2)
+        went = self._damaged.grid.pixel_to_map(self._damaged.moved(pixels))
+        return Similarity.fit(went, self._built.pixel_to_map(pixels))
+
+    @property
+    def ate_m(self) -> float:
+        """The trajectory's error: RMSE of the positions after the best rigid alignment with the true ones, metres."""
+        taken, was = (poses[:, :2] - poses[:, :2].mean(axis=0) for poses in (self.poses, self.true_poses))
+        along, across = float((taken * was).sum()), float((taken[:, 0] * was[:, 1] - taken[:, 1] * was[:, 0]).sum())
+        off = Similarity(1.0, math.atan2(across, along)).apply(taken) - was
+        return float(np.sqrt((off**2).sum(axis=1).mean()))
+
+
+def place_map(
+    log: RobotLog,
+    lidar: Lidar,
+    spec: MapSpec,
+    *,
+    noise: int,
+    seed: np.random.SeedSequence,
+    laid_by: NDArray[np.float64] | None = None,
+) -> PlacedMap:
+    """Build, damage, crop and turn one robot's map.
+
+    Parameters
+    ----------
+    log, lidar
+        The true ranges, and the scanner that read them.
+    spec
+        What the map should be.
+    noise
+        Noise level 0 to 3, of the scanner and of the cells.
+    seed
+        Of the turn, the grid's phase and the wheels, which do not depend on the noise level, and of the noise.
+    laid_by
+        Poses (S, 3) that the scans are laid down by, of a robot whose wheels are its own; None estimates them as the
+        spec says.
+    """
+    of_frame, of_scans, of_cells, of_poses, of_more = _streams(seed)
+    drawn, phase = of_frame.uniform(-180.0, 180.0), of_frame.uniform(0.0, spec.resolution, 2)
+    turn_deg = drawn if spec.turn_deg == "random" else float(spec.turn_deg)
+    yaw = -math.radians(turn_deg) if spec.turn == "frame" else 0.0
+    frame = (float(log.poses[0, 0] + phase[0]), float(log.poses[0, 1] + phase[1]), yaw)  # about where the robot started
+    ranges = _read_out(log, lidar, noise, of_scans)
+    if laid_by is None:
+        laid_by = _estimated(log, lidar, spec, ranges, of_poses)
+    built = _built(lidar, spec, ranges, frame, laid_by)
+    damaged = corrupt(damage(built, noise, of_cells), spec.corruption, seed=int(of_more.integers(1 << 62)))
+    upright = damaged.grid
+    if spec.extent_cells is not None:
+        upright = crop_to_known(upright, spec.extent_cells)
+    grid, turned = upright, Similarity()
+    if spec.turn == "image":
+        grid, turned = turn_image(upright, turn_deg, spec.canvas)
+    if spec.hide_resolution:
+        grid = OccupancyGrid(grid.occupancy)
+    return PlacedMap(
+        grid=grid,
+        turn_deg=turn_deg,
+        poses=laid_by,
+        true_poses=log.poses,
+        _built=built,
+        _damaged=damaged,
+        _upright=upright,
+        _frame=Similarity(1.0, frame[2], frame[0], frame[1]),
+        _turned=turned,
+    )
+
+
+def recorded(
+    log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: np.random.SeedSequence
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return what a robot had to make its map from, given what `place_map` is given.
+
+    Returns
+    -------
+    ranges
+        What its scanner reported, shape (S, B), metres: inf where nothing is in reach, nan where a beam was lost.
+    wheels
+        Its poses by the wheels, shape (S, 3): as its mapper was given them, or as in the log if it had the truth.
+    """
+    _, of_scans, _, of_poses, _ = _streams(seed)
+    is_told = spec.poses == "truth"
+    wheels = log.odometry if is_told else drive_blind(log.poses, of_poses, level=spec.slam.wheel_level)
+    return _read_out(log, lidar, noise, of_scans), wheels
+
+
+def _streams(seed: np.random.SeedSequence) -> list[np.random.Generator]:
+    """Return the randomness of the frame, the scans, the cells, the poses, and further damage; always the same."""
+    own = np.random.SeedSequence(seed.entropy, spawn_key=seed.spawn_key)  # spawning from the other would change it
+    return [np.random.default_rng(child) for child in own.spawn(5)]
+
+
+def _read_out(log: RobotLog, lidar: Lidar, noise: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    strength = noise_strength(noise)
+    return lidar.observe(log.ranges, log.glass, rng, level=strength) if strength else lidar.limit(log.ranges)
+
+
+def _estimated(
+    log: RobotLog, lidar: Lidar, spec: MapSpec, ranges: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Estimate the poses (S, 3) of the scans that were read."""
+    return estimate_poses(
+        spec.poses,
+        poses=log.poses,
+        angles=lidar.angles,
+        ranges=ranges,
+        max_range_m=lidar.max_range_m,
+        rng=rng,
+        loop_closure=spec.loop_closure,
+        slam=spec.slam,
+    )
+
+
+def _built(
+    lidar: Lidar,
+    spec: MapSpec,
+    ranges: NDArray[np.float64],
+    frame: tuple[float, float, float],
+    poses: NDArray[np.float64],
+) -> OccupancyGrid:
+    return build_map(
+        poses,
+        lidar.angles,
+        ranges,
+        resolution=spec.resolution,
+        max_range_m=lidar.max_range_m,
+        frame=frame,
+        hit=spec.hit,
+        miss=spec.miss,
+    )

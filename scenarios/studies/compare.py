@@ -1,0 +1,184 @@
+"""Two runs on the same pairs, side by side: what became better, what became worse, and whether chance would do it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rectmerge.errors import InputError
+from scenarios.bench.resume import RESULTS, SUMMARY, rows_in
+from scenarios.scoring.score import Outcome
+from scenarios.scoring.statistics import clustered_difference
+from scenarios.scoring.summary import STRATA, strata_of
+
+RATE_TOLERANCE = 0.02  # of the pairs
+ERROR_TOLERANCE = 0.10  # of the baseline's median error,
+ERROR_TOLERANCE_PX = 0.05  # and this many cells
+Rate = tuple[str, tuple[Outcome, ...], int]  # what is counted, its outcomes, which way is better
+RIGHT_ANSWER: dict[str, tuple[Rate, ...]] = {  # by stratum, where it is not to accept the right placement
+    "unidentifiable": (("ambiguous, with the truth", ("ambiguous-with-truth",), +1),),
+    "unrelated": (),
+}
+ACCEPTED: tuple[Rate, ...] = (("right, accepted", ("right-accepted",), +1),)
+RATES: tuple[Rate, ...] = (
+    ("wrong, accepted", ("wrong-accepted",), -1),
+    ("failed", ("error", "timeout", "out-of-memory"), -1),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """What is kept of a row."""
+
+    place: str
+    strata: tuple[str, ...]
+    outcome: str
+    e_px: float
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of a table: one figure under both runs.
+
+    Parameters
+    ----------
+    method, stratum, n, what
+        Of which rows it is the figure.
+    before, now, difference
+        As shown.
+    is_regression
+        Whether it became worse by more than the tolerance.
+    """
+
+    method: str
+    stratum: str
+    n: int
+    what: str
+    before: str
+    now: str
+    difference: str
+    is_regression: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """How a run differs from a baseline: lines, and what could not be compared."""
+
+    lines: Sequence[Line]
+    notes: Sequence[str]
+
+    @property
+    def regressions(self) -> list[Line]:
+        """The lines that became worse by more than the tolerance."""
+        return [line for line in self.lines if line.is_regression]
+
+    def page(self) -> str:
+        """Lay it out as Markdown."""
+        worse = [f"{line.method}, {line.stratum}: {line.what}" for line in self.regressions]
+        said = f"**Regression**: {'; '.join(worse)}." if worse else "No regression."
+        parts = [said, *self.notes]
+        for method in dict.fromkeys(line.method for line in self.lines):
+            parts += [f"### {method}", "\n".join(_table([line for line in self.lines if line.method == method]))]
+        return "\n\n".join([*parts, _legend()])
+
+
+def compare_runs(run: str | Path, baseline: str | Path) -> Comparison:
+    """Compare a run with another on the pairs that both have.
+
+    Parameters
+    ----------
+    run, baseline
+        A finished run's folder, or its ``results.jsonl``.
+
+    Raises
+    ------
+    InputError
+        If one of them is no finished run, or they have no method and pair in common.
+    """
+    now, before = _kept(Path(run)), _kept(Path(baseline))
+    common = [key for key in before if key in now]
+    if not common:
+        raise InputError(f"{run} and {baseline} have no pair and method in common")
+    lines: list[Line] = []
+    for method in sorted({method for method, _ in common}):
+        for stratum in STRATA:
+            keys = [key for key in common if key[0] == method and stratum in before[key].strata]
+            if keys:
+                lines += _lines(method, stratum, [now[key] for key in keys], [before[key] for key in keys])
+    notes = [
+        f"{len(mine) - len(common)} of {len(mine)} rows of the {name} have no partner and are left out."
+        for name, mine in (("run", now), ("baseline", before))
+        if len(mine) > len(common)
+    ]
+    return Comparison(lines, notes)
+
+
+def _kept(path: Path) -> dict[tuple[str, str], Kept]:
+    """Read what is compared of a run, by method and pair."""
+    file = path / RESULTS if path.is_dir() else path
+    if not file.is_file() or (path.is_dir() and not (path / SUMMARY).is_file()):
+        raise InputError(f"{path}: no finished run; name its folder or its {RESULTS}")
+    kept = {}
+    for row in rows_in(file):
+        try:
+            kept[row["method"], row["pair_id"]] = _of(row)
+        except (KeyError, TypeError) as error:
+            raise InputError(f"{file}: not the rows of a run: {error}") from error
+    return kept
+
+
+def _of(row: Mapping[str, Any]) -> Kept:
+    return Kept(
+        row["place"], strata_of(row), row["outcome"], float(row["errors"]["e_px"]) if row["errors"] else math.inf
+    )
+
+
+def _lines(method: str, stratum: str, now: Sequence[Kept], before: Sequence[Kept]) -> Iterator[Line]:
+    places, n = [row.place for row in before], len(before)
+    for what, outcomes, better in (*RIGHT_ANSWER.get(stratum, ACCEPTED), *RATES):
+        hits = [[float(row.outcome in outcomes) for row in rows] for rows in (now, before)]
+        mean, low, high = clustered_difference(hits[0], hits[1], places)
+        shown = [f"{sum(values):.0f} ({100 * sum(values) / n:.1f} %)" for values in hits]
+        difference = f"{100 * mean:+.1f} ({100 * low:+.1f} to {100 * high:+.1f})"
+        yield Line(method, stratum, n, what, shown[1], shown[0], difference, better * mean < -RATE_TOLERANCE)
+    if stratum != "unrelated" and (line := _error_line(method, stratum, now, before)):
+        yield line
+
+
+def _error_line(method: str, stratum: str, now: Sequence[Kept], before: Sequence[Kept]) -> Line | None:
+    """Compare the errors of the pairs that both have right, with the interval of their mean log ratio."""
+    both = [(a, b) for a, b in zip(now, before, strict=True) if a.outcome == b.outcome == "right-accepted"]
+    if not both:
+        return None
+    new, old = (np.array([row.e_px for row in rows]) for rows in zip(*both, strict=True))
+    medians = float(np.median(new)), float(np.median(old))
+    logs = [np.log(np.maximum(errors, ERROR_TOLERANCE_PX)) for errors in (new, old)]  # below it all are as good
+    ratios = np.exp(clustered_difference(logs[0].tolist(), logs[1].tolist(), [row.place for row, _ in both]))
+    mean, low, high = 100 * (ratios - 1)
+    worse = medians[0] > medians[1] + max(ERROR_TOLERANCE * medians[1], ERROR_TOLERANCE_PX)
+    difference = f"{mean:+.1f} % ({low:+.1f} to {high:+.1f})"
+    what = "median error, cells"
+    return Line(method, stratum, len(both), what, f"{medians[1]:.3f}", f"{medians[0]:.3f}", difference, worse)
+
+
+def _table(lines: Sequence[Line]) -> Iterator[str]:
+    yield "| pairs | n | | baseline | run | difference | |"
+    yield "| --- | --- | --- | --- | --- | --- | --- |"
+    for line in lines:
+        mark = "**worse**" if line.is_regression else ""
+        cells = [line.stratum, str(line.n), line.what, line.before, line.now, line.difference, mark]
+        yield f"| {' | '.join(cells)} |"
+
+
+def _legend() -> str:
+    return (
+        "Differences are in percent of the pairs, with the 95 % interval by bootstrap over places on the same pairs; "
+        "of errors, the mean ratio where both are right. Worse: a rate by more than "
+        f"{100 * RATE_TOLERANCE:g} % of the pairs, a median error by more than {100 * ERROR_TOLERANCE:g} % and "
+        f"{ERROR_TOLERANCE_PX:g} cells. Bent, identifiable and unidentifiable pairs are in the other strata too."
+    )

@@ -1,0 +1,104 @@
+"""The results of the default method: every row run by one command, which writes the page and the baseline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+
+from rectmerge.errors import InputError
+from rectmerge.io.image_file import replace_file
+from rectmerge.methods import make_method
+from scenarios.bench import run as bench
+from scenarios.bench.resume import SUMMARY
+from scenarios.bench.rows import Contender, Row
+from scenarios.dataset.reader import RowSource
+from scenarios.execution.executors import describe_machine
+from scenarios.execution.files import write_json
+from scenarios.pairs.pair import PairSource
+from scenarios.studies.ablation import ABLATIONS, ablated_rows
+from scenarios.studies.accuracy import baseline_of, real_tasks, simulated_tasks
+from scenarios.studies.default_method_page import page
+
+METHOD = "robust"
+PAGE, BASELINE = "README.md", "baseline.json"
+ABLATED_VARIANTS = ("sensor-hard", "layout-hard", "laser", "negative")  # of the related hand-held and all laser maps
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What the command runs: tasks by name, the sources of the ablation, and how many rows that makes."""
+
+    tasks: Mapping[str, Sequence[PairSource]]
+    ablated: Sequence[PairSource]
+
+    @classmethod
+    def of(cls, maps: str | Path) -> Plan:
+        """Plan the rows on the real maps in a folder, and on the simulator's suites."""
+        real = real_tasks(maps)
+        kept = [
+            source
+            for source in (*real["real_maps"], *real["real_lasers"])
+            if isinstance(source, RowSource) and source.info.get("variant") in ABLATED_VARIANTS
+        ]
+        return cls({**real, **simulated_tasks()}, kept)
+
+    @property
+    def rows(self) -> int:
+        """How many rows the whole makes."""
+        pairs = sum(len(source.pair_ids) for sources in self.tasks.values() for source in sources)
+        return pairs + len(ABLATIONS) * len(self.ablated)
+
+
+def write_results(
+    plan: Plan, out: str | Path, *, force: bool = False, on_rows: Callable[[Sequence[Row]], None] = lambda rows: None
+) -> None:
+    """Run every row in this process, on one core, and write the page and the baseline.
+
+    Parameters
+    ----------
+    plan
+        What is run.
+    out
+        Folder for ``README.md`` and ``baseline.json``; the rows go into ``run/`` below it, a run's folder each.
+    force
+        Clear the earlier runs in it. Without it an interrupted command goes on, by the code as it is now.
+    on_rows
+        Told of the rows as they come.
+
+    Raises
+    ------
+    InputError
+        If the folder holds complete earlier runs and `force` is off, or cannot be written.
+    """
+    folder, threads = Path(out), cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        rows = _run(plan.tasks, folder / "run", force=force, on_rows=on_rows)
+        pairs = [pair for source in plan.ablated for pair in source.pairs()]
+        ablated = {}
+        for ablation in ABLATIONS:
+            ablated[ablation.name] = list(ablated_rows(ablation, pairs))
+            on_rows(ablated[ablation.name])
+    finally:
+        cv2.setNumThreads(threads)
+    write_json(folder / BASELINE, baseline_of(rows))
+    replace_file(folder / PAGE, page(rows, ablated, describe_machine()).encode())
+
+
+def _run(
+    tasks: Mapping[str, Sequence[PairSource]],
+    folder: Path,
+    *,
+    force: bool,
+    on_rows: Callable[[Sequence[Row]], None],
+) -> list[Row]:
+    if not force and all((folder / name / SUMMARY).exists() for name in tasks):
+        raise InputError(f"{folder}: holds earlier results; --force clears them")
+    contenders, rows = [Contender(label=METHOD, method=make_method(METHOD))], []
+    for name, sources in tasks.items():
+        bench.run(sources, contenders, folder / name, suite=name, force=force, on_rows=on_rows)
+        rows += bench.read_rows(folder / name)
+    return rows

@@ -1,0 +1,1 @@
+"""Suites of scenarios: their TOML files and what reads them."""

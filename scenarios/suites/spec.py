@@ -1,0 +1,141 @@
+"""What kind of pair is asked for: a building, a mission, two maps, and which of them belong together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+from rectmerge.errors import InputError
+from scenarios.corruption import NOISE_LEVELS
+from scenarios.pairs.map_view import MapSpec
+from sim.floorplans import Hall, Office, WorldSpec
+from sim.missions.mission import MissionSpec
+
+Split = Literal["train", "test"]
+Kind = Literal["related", "other-building", "no-shared-room", "other-floor", "mirrored", "blank-halls"]
+MOST_SEEDS = 1_000_000
+UNRELATED: tuple[str, ...] = get_args(Kind)[1:]
+OF_TWO_BUILDINGS = ("other-building", "blank-halls")
+OTHER_SIZE = 1.1  # an edge of one blank hall is at least this times as long as the other's
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seeds:
+    """The seeds first, first + 1, ...: `count` of them."""
+
+    first: int = 0
+    count: int = 1
+
+    def __post_init__(self) -> None:
+        if self.first < 0 or not 1 <= self.count <= MOST_SEEDS:
+            limits = f"first >= 0 and count from 1 to {MOST_SEEDS}"
+            raise InputError(f"seeds need {limits}, got {self.first} and {self.count}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variant:
+    """One of several ways to make a pair of the same mission.
+
+    Parameters
+    ----------
+    name
+        What its pairs are called by; they keep it in `info`.
+    overlap
+        Wanted overlap of the finished maps, 0.1 to 1, for which the logs are cut; None: the mission's.
+    a, b
+        How the maps are made. In a suite, what is not said here is the scenario's.
+    """
+
+    name: str
+    overlap: float | None = None
+    a: MapSpec = field(default_factory=MapSpec)
+    b: MapSpec = field(default_factory=MapSpec)
+
+    def __post_init__(self) -> None:
+        _require_name(self.name)
+        if self.overlap is not None and not 0.1 <= self.overlap <= 1.0:
+            raise InputError(f"overlap must be 0.1 to 1.0, got {self.overlap}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenario:
+    """One kind of pair: a kind of building, how it is explored, how the two maps are made, and at which noise.
+
+    Every seed is a building and a mission of its own, and yields one pair per variant and noise level. So splits,
+    which are said by the scenario, never share a building.
+
+    Parameters
+    ----------
+    name
+        Settles, with the seed, everything that is random.
+    seeds
+        Which missions there are.
+    split
+        Whether the pairs are for choosing constants, "train", or for reporting, "test".
+    kind
+        "related", or how two unrelated maps come about: see `scenarios.suites.unrelated`.
+    noise
+        Different noise levels, 0 to 3.
+    world, mission
+        What is explored, and how.
+    other
+        The building of map B, for the kinds that need another; `world` once more unless given.
+    a, b
+        How the maps are made.
+    variants
+        Several ways to make the maps of every mission; none: just `a` and `b`.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, or values exclude each other.
+    """
+
+    name: str
+    seeds: Seeds = field(default_factory=Seeds)
+    split: Split = "test"
+    kind: Kind = "related"
+    noise: tuple[int, ...] = (0,)
+    world: WorldSpec = field(default_factory=Office)
+    mission: MissionSpec = field(default_factory=MissionSpec)
+    other: WorldSpec | None = None
+    a: MapSpec = field(default_factory=MapSpec)
+    b: MapSpec = field(default_factory=MapSpec)
+    variants: tuple[Variant, ...] = ()
+
+    def __post_init__(self) -> None:
+        _require_name(self.name)
+        unknown = [level for level in self.noise if level not in NOISE_LEVELS]
+        if unknown or not self.noise or len(set(self.noise)) != len(self.noise):
+            raise InputError(f"noise must list different levels of {list(NOISE_LEVELS)}, got {list(self.noise)}")
+        names = [variant.name for variant in self.variants]
+        if len(set(names)) != len(names):
+            raise InputError("variants: two have the same name")
+        if self.kind in UNRELATED:
+            self._check_unrelated()
+        elif self.other is not None:
+            raise InputError("other: is for pairs of two buildings")
+
+    def _check_unrelated(self) -> None:
+        """Refuse wishes that no unrelated pair can have."""
+        if any(variant.overlap is not None for variant in self.variants):
+            raise InputError("variants: unrelated maps have no overlap to want")
+        if self.kind == "no-shared-room" and self.mission.overlap is not None:
+            raise InputError("mission.overlap: maps with no shared room have none")
+        if self.other is not None and self.kind not in OF_TWO_BUILDINGS:
+            raise InputError(f'other: kind "{self.kind}" has one building')
+        if self.other is not None and self.other.family != self.world.family:
+            raise InputError(f"other: must be of the same family, {self.world.family}, got {self.other.family}")
+        if self.kind == "blank-halls":
+            if not isinstance(self.world, Hall):
+                raise InputError(f'world.family: must be "hall" with kind "blank-halls", got "{self.world.family}"')
+            sizes = self.world.size_m, (self.other or self.world).size_m
+            if max(max(p / q, q / p) for p, q in zip(*sizes, strict=True)) < OTHER_SIZE:
+                raise InputError(
+                    f"other.size_m: halls must differ by a tenth, got {list(sizes[0])} and {list(sizes[1])}"
+                )
+
+
+def _require_name(name: str) -> None:
+    if not name or not name.replace("-", "").replace("_", "").replace(".", "").isalnum():
+        raise InputError(f"name must be letters, digits, - and _, got {name!r}")

@@ -1,0 +1,227 @@
+"""What is evaluated: suites of scenarios, read from TOML; an unknown key is refused with its path."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from rectmerge.errors import InputError, ScenarioError
+from scenarios.pairs.map_view import MapSpec
+from scenarios.suites.mission_source import MissionSource
+from scenarios.suites.random_values import corners, drawn, has_draws, is_draw
+from scenarios.suites.spec import Scenario, Seeds
+from scenarios.suites.toml_tables import structured
+
+__all__ = ["Contender", "Draft", "MissionSource", "Scenario", "Seeds", "Suite", "load_suite", "suite_names"]
+
+SUITES = Path(__file__).parent
+LEAST_RATIO = 0.1  # cells of A per cell of B
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contender:
+    """A method as a suite runs it: a label for tables, the registered name, and the fields it sets."""
+
+    label: str
+    method: str
+    set: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Draft:
+    """A scenario as a suite has it, with what it leaves open: `scenarios.suites.random_values` says how.
+
+    Parameters
+    ----------
+    name, seeds
+        The scenario's.
+    table
+        What the suite says of it.
+    at
+        Its path in the file.
+    is_fixed
+        Whether it leaves nothing open: all seeds share one scenario.
+    """
+
+    name: str
+    seeds: Seeds
+    table: Mapping[str, Any]
+    at: str
+    is_fixed: bool
+
+    def by_seed(self) -> dict[int, Scenario]:
+        """Settle what the table leaves open, for every seed.
+
+        Raises
+        ------
+        ScenarioError
+            If what was drawn for a seed excludes each other.
+        """
+        seeds = range(self.seeds.first, self.seeds.first + self.seeds.count)
+        if self.is_fixed:
+            return dict.fromkeys(seeds, self._settled(self.table, self.seeds))
+        return {seed: self._settled(self._drawn(seed), Seeds(first=seed)) for seed in seeds}
+
+    def _drawn(self, seed: int) -> dict[str, Any]:
+        table: dict[str, Any] = drawn(self.table, name=self.name, seed=seed, first=self.seeds.first)
+        return table
+
+    def check(self) -> None:
+        """Refuse what no seed could settle: a bad range, and a lowest, highest or other choice that is not allowed."""
+        try:
+            for table in corners(self.table):
+                self._settled(table, self.seeds)
+        except ScenarioError:  # whose path is whole
+            raise
+        except InputError as error:
+            raise ScenarioError(f"{self.at}.{error}") from error
+
+    def _settled(self, table: Mapping[str, Any], seeds: Seeds) -> Scenario:
+        """Make the scenario of a table without draws, where variants say only what is different."""
+        whole, variants = _with_ratio(table, self.at), table.get("variants", ())
+        if isinstance(variants, list) and all(isinstance(variant, dict) for variant in variants):
+            maps = {key: table[key] for key in ("a", "b", "ratio") if key in table}
+            ways = [
+                _with_ratio(_merged(maps, variant), f"{self.at}.variants[{k}]") for k, variant in enumerate(variants)
+            ]
+            whole |= {"variants": ways} if ways else {}
+        return replace(structured(whole, Scenario, self.at), seeds=seeds)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Suite:
+    """What a suite file says; `name` is the file's."""
+
+    name: str
+    title: str
+    description: str = ""
+    methods: tuple[Contender, ...] = ()
+    drafts: tuple[Draft, ...] = ()
+
+    @property
+    def scenarios(self) -> tuple[Scenario, ...]:
+        """Every scenario with all of its seeds, or one per seed where it leaves something open.
+
+        Raises
+        ------
+        ScenarioError
+            If what was drawn for a seed excludes each other.
+        """
+        return tuple(scenario for draft in self.drafts for scenario in dict.fromkeys(self._settled(draft).values()))
+
+    def sources(self) -> list[MissionSource]:
+        """Return one source of pairs per mission: each scenario's seeds in order; refuses what `scenarios` does."""
+        return [
+            MissionSource(self.name, scenario, seed)
+            for draft in self.drafts
+            for seed, scenario in self._settled(draft).items()
+        ]
+
+    def _settled(self, draft: Draft) -> dict[int, Scenario]:
+        """The scenario of each seed."""
+        try:
+            return draft.by_seed()
+        except ScenarioError as error:
+            raise _in_file(error, f"{self.name}.toml") from error
+
+
+def suite_names() -> tuple[str, ...]:
+    """Return the names of the suites that come with the package."""
+    return tuple(sorted(path.stem for path in SUITES.glob("*.toml")))
+
+
+def load_suite(name_or_path: str | Path) -> Suite:
+    """Read a suite by its name or from a file.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such suite, the file is not TOML, or a key or value is not allowed; the message names the file
+        and the path of the key.
+    """
+    path = Path(name_or_path)
+    if path.suffix != ".toml" and str(name_or_path) in suite_names():
+        path = SUITES / f"{name_or_path}.toml"
+    if path.suffix != ".toml":
+        raise ScenarioError(
+            f"no suite {str(name_or_path)!r}; there are: {', '.join(suite_names())}, or name a .toml file"
+        )
+    try:
+        with path.open("rb") as file:
+            data = tomllib.load(file)
+    except OSError as error:
+        raise ScenarioError(f"{path.name}: cannot be read: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"{path.name}: not TOML: {error}") from error
+    except RecursionError:
+        raise ScenarioError(f"{path.name}: its lists or tables are nested too deep") from None
+    try:
+        return _suite(data, path.stem)
+    except ScenarioError as error:
+        raise _in_file(error, path.name) from error
+
+
+def _in_file(error: ScenarioError, file: str) -> ScenarioError:
+    """Name the file in every complaint."""
+    return ScenarioError("; ".join(f"{file}: {line}" for line in str(error).splitlines()))
+
+
+def _suite(data: dict[str, Any], name: str) -> Suite:
+    """Make a suite of its file's content; each scenario is laid over the table `base`."""
+    base, tables = data.pop("base", {}), data.pop("scenarios", [])
+    if unknown := sorted(data.keys() & {"name", "drafts"}):
+        raise ScenarioError(f"unknown key {unknown[0]!r}")
+    if not isinstance(base, dict):
+        raise ScenarioError("base: must be a table")
+    if not isinstance(tables, list) or not tables:
+        raise ScenarioError("scenarios: there are none, so there is nothing to run")
+    suite = structured({**data, "name": name}, Suite)
+    drafts = [_draft(base, table, f"scenarios[{k}]") for k, table in enumerate(tables)]
+    names = [draft.name for draft in drafts]
+    if len(set(names)) != len(names):
+        raise ScenarioError("scenarios: two have the same name")
+    for draft in drafts:
+        draft.check()
+    return replace(suite, drafts=tuple(drafts))
+
+
+def _draft(base: dict[str, Any], table: Any, at: str) -> Draft:
+    if not isinstance(table, dict):
+        raise ScenarioError(f"{at}: must be a table")
+    whole = _merged(base, table)
+    name = structured(whole.get("name", ""), str, f"{at}.name")
+    seeds = structured(whole.get("seeds", {}), Seeds, f"{at}.seeds")
+    if whole.get("kind") == "other-building" and "other" not in whole:
+        whole["other"] = whole.get("world", {})  # where it leaves something open, drawn apart
+    return Draft(name=name, seeds=seeds, table=whole, at=at, is_fixed=not has_draws(whole))
+
+
+def _with_ratio(table: Mapping[str, Any], at: str) -> dict[str, Any]:
+    """Turn the wish for a ratio, cells of A per cell of B, into B's resolution."""
+    whole = dict(table)
+    if "ratio" not in whole:
+        return whole
+    ratio = structured(whole.pop("ratio"), float, f"{at}.ratio")
+    a, b = whole.get("a", {}), whole.get("b", {})
+    if not LEAST_RATIO <= ratio <= 1 / LEAST_RATIO:
+        raise ScenarioError(f"{at}.ratio: must be {LEAST_RATIO} to {1 / LEAST_RATIO:g}, got {ratio}")
+    if not isinstance(a, dict) or not isinstance(b, dict):
+        return whole  # which is refused as it is
+    if "resolution" in b:
+        raise ScenarioError(f"{at}.b.resolution: excludes ratio, which sets it")
+    resolution = structured(a.get("resolution", MapSpec().resolution), float, f"{at}.a.resolution")
+    return {**whole, "b": {**b, "resolution": ratio * resolution}}
+
+
+def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Lay a table over another, key by key; a draw is one value."""
+    both = dict(base)
+    for key, value in over.items():
+        under = base.get(key)
+        if isinstance(under, dict) and isinstance(value, dict) and not is_draw(under) and not is_draw(value):
+            value = _merged(under, value)
+        both[key] = value
+    return both

@@ -1,0 +1,103 @@
+"""Missions whose two maps do not belong together, though they look as if they might.
+
+other-building    B explores another building of the same family, with corridors as wide as A's
+no-shared-room    one building; the robots stay so far apart that their maps have less than 0.05 in common
+other-floor       B explores another draft of the same building: same outer walls within 5 cm, same turn, other rooms
+mirrored          one building and one mission, and map B is flipped left to right: no similarity is true
+blank-halls       two halls of different size, empty: no pillars, no furniture, no rooms beside
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.errors import SimulationError
+from scenarios.pairs.map_view import MapSpec
+from scenarios.pairs.pair import make_pair
+from scenarios.suites.spec import Scenario
+from sim.floorplans import Hall, WorldSpec, make_world
+from sim.floorplans.splitting import width
+from sim.missions.mission import MissionLog, cut_to_overlap, run_mission
+from sim.world import World
+
+SAME_WIDTH_M = 0.1  # corridors are as wide as each other within this
+SAME_SHELL_M = 0.05  # outer walls stand where the others do within this
+MOST_SHARED = 0.05  # overlap, of maps that share nothing
+DRAFTS, MISSIONS = 40, 4
+SeedFor = Callable[[str], int]  # a seed for a purpose
+
+
+def unrelated_log(scenario: Scenario, seed: SeedFor) -> MissionLog:
+    """Run what a kind of unrelated pair needs, and put A of one mission beside B of the other.
+
+    Raises
+    ------
+    SimulationError
+        If a mission fails, or no try gave what the kind promises.
+    """
+    if scenario.kind == "no-shared-room":
+        return _far_apart(scenario, seed)
+    world = make_world(_spec_of(scenario, scenario.world), seed("world"))
+    log = run_mission(world, scenario.mission, seed("mission"))
+    if scenario.kind == "mirrored":
+        return log
+    other = run_mission(_other(world, scenario, seed), scenario.mission, seed("other mission"))
+    return replace(log, b=other.b, discarded=log.discarded + other.discarded, whole=None)
+
+
+def corridor_m(world: World) -> float | None:
+    """Measure how wide a building's corridors are, metres; None where it has none."""
+    widths = [width(room.outline) for room in world.rooms if "corridor" in room.name]
+    return float(np.median(widths)) if widths else None
+
+
+def shell(world: World) -> NDArray[np.float64]:
+    """Return the corners (2, 2) of the box around all rooms, metres: how thick outer walls are is in it."""
+    corners = np.concatenate([room.outline for room in world.rooms])
+    return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+
+def _far_apart(scenario: Scenario, seed: SeedFor) -> MissionLog:
+    """One mission cut where the maps have nothing in common, proved on maps without noise by true poses."""
+    world = make_world(scenario.world, seed("world"))
+    failures = []
+    for k in range(MISSIONS):
+        try:
+            log = cut_to_overlap(run_mission(world, scenario.mission, seed(f"mission {k}")), 0.0)
+        except SimulationError as error:
+            failures.append(str(error))
+            continue
+        shared = make_pair(log, MapSpec(), MapSpec(), 0).overlap
+        if shared is None or shared < MOST_SHARED:
+            return log
+        failures.append(f"the maps share {shared:.2f}")
+    raise SimulationError(f"no mission without a shared room in {MISSIONS} tries: {'; '.join(failures)}")
+
+
+def _other(world: World, scenario: Scenario, seed: SeedFor) -> World:
+    """Make the building of map B: the first of several that the kind allows."""
+    spec = _spec_of(scenario, scenario.other or scenario.world)
+    for k in range(DRAFTS):
+        other = make_world(spec, seed(f"other world {k}"))
+        if scenario.kind == "other-floor":
+            is_alike = bool(np.abs(shell(world) - shell(other)).max() <= SAME_SHELL_M)
+        else:
+            wide, other_wide = corridor_m(world), corridor_m(other)
+            is_alike = wide is None or other_wide is None or abs(wide - other_wide) <= SAME_WIDTH_M
+        if is_alike:
+            return other
+    what = "outer walls like" if scenario.kind == "other-floor" else "corridors as wide as"
+    raise SimulationError(f"none of {DRAFTS} other buildings has {what} the first")
+
+
+def _spec_of(scenario: Scenario, world: WorldSpec) -> WorldSpec:
+    """Take from a building what its kind of pair must not have."""
+    if scenario.kind == "other-floor":
+        return replace(world, yaw_deg=0.0)
+    if scenario.kind == "blank-halls" and isinstance(world, Hall):
+        return replace(world, missing=1.0, side_rooms=0, furniture=0.0, glass=0.0, shut=0.0, changed=0.0)
+    return world

@@ -1,0 +1,1 @@
+"""Missions of two robots and their logs."""

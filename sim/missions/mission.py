@@ -1,0 +1,245 @@
+"""Missions: two robots explore one building in one simulation; the log keeps what their lasers could know, exactly."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.errors import SimulationError
+from sim.bullet import Physics, physics
+from sim.missions.log import FEWEST_SCANS, MissionLog, RobotLog, cut_to_overlap
+from sim.missions.robot import Robot
+from sim.missions.spec import USUAL_SHARE, MissionSpec, RobotSpec
+from sim.motion.coverage import SeenFloor, all_cuts, least_area_m2
+from sim.motion.driving import DriveField, Ways, cell_centre, drivable, nearest_drivable
+from sim.motion.exploration import find_stops, keep_apart, make_tour, nearest_stop, share_rooms, starts_apart
+from sim.motion.frontiers import Frontiers
+from sim.motion.piloting import Guide, Pilot
+from sim.motion.steering import Steering
+from sim.sensors.ray_casting import Caster
+from sim.world import World
+
+__all__ = ["MissionLog", "MissionSpec", "RobotLog", "RobotSpec", "cut_to_overlap", "run_mission"]
+
+CONTROL_EVERY = 3  # physics steps per control step
+CHECK_EVERY_S = 1.0  # between looks at whether anything more is needed
+NO_GAIN_S, GAIN = 15.0, 1.02  # so long without better cuts to a wanted overlap that was passed ends a mission
+FAR_ENOUGH = 0.7  # starts are this times the wanted overlap nearer than as far apart as can be
+KEEPS_OFF_BELOW = 0.5  # for a smaller overlap, tours leave to the other robot what is nearer to its start
+LOOKS_ALL_ROUND_DEG = 330.0
+UNHURRIED = 0.5  # of its top speed a robot makes good on a way, turns and doors included
+
+
+def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:
+    """Let two robots explore a building in one simulation.
+
+    Parameters
+    ----------
+    world
+        The building.
+    spec
+        How it is explored.
+    seed
+        Of starts, headings and second looks; same world, spec and seed, same bytes.
+
+    Returns
+    -------
+    MissionLog
+        Cut to the wanted overlap, if one is wanted. Tries that came to nothing are in `discarded`.
+
+    Raises
+    ------
+    SimulationError
+        If PyBullet is missing, a robot fits nowhere, there is nothing to tour, or no try gave maps worth making with
+        the wanted overlap; the message says what every try came to.
+    """
+    discarded: list[str] = []
+    drives, apart = _drives(world), None if spec.overlap is None else 1.0 - FAR_ENOUGH * spec.overlap
+    for stream in np.random.SeedSequence(seed).spawn(spec.tries):
+        mission = _Mission(world, spec, drives, apart, np.random.default_rng(stream))
+        try:
+            log = replace(mission.run(), seed=seed, discarded=tuple(discarded))
+            return log if spec.overlap is None else cut_to_overlap(log, spec.overlap)
+        except SimulationError as error:
+            discarded.append(str(error))
+            apart = mission.better_apart()
+    raise SimulationError(f"no mission in {spec.tries} tries: {'; '.join(dict.fromkeys(discarded))}")
+
+
+def _drives(world: World) -> list[DriveField]:
+    """Where A can drive, and where B can."""
+    first = drivable(world.at_visit(0))
+    return [first, drivable(world.at_visit(1)) if any(world.visits) else first]
+
+
+class _Mission:
+    """One try: where both robots start, what guides them, and the simulation that they drive in."""
+
+    def __init__(
+        self,
+        world: World,
+        spec: MissionSpec,
+        drives: list[DriveField],
+        apart: float | None,
+        rng: np.random.Generator,
+    ) -> None:
+        self.clock = _Clock()
+        self.world, self.spec, self.drives = world, spec, drives
+        self.specs = (spec.a, spec.b)
+        self.a_is_left = bool(rng.random() < 0.5)
+        self.yaws = rng.uniform(-math.pi, math.pi, 2)
+        self.ways = [Ways(drives[0])] * 2 if drives[0] is drives[1] else [Ways(drive) for drive in drives]
+        self.apart = rng.uniform(0.3, 1.0) if apart is None else apart
+        self.spots = starts_apart(drives[0], self.ways[0], self.apart, rng)
+        self.seen = [SeenFloor(robot.lidar, drives[0].is_drivable.shape) for robot in self.specs]
+        self.starts: list[NDArray[np.float64]] = []
+        self.guides = [self._tour(k, rng) if self.specs[k].path == "tour" else self._frontiers(k) for k in (0, 1)]
+        self.best, self.best_at, self.was_below = 0.0, 0.0, False
+        self.clock.lap("planning")
+
+    def _tour(self, k: int, rng: np.random.Generator) -> Guide:
+        robot, rooms = self.specs[k], self.world.rooms
+        if self.spec.overlap is None:
+            share = USUAL_SHARE if robot.share is None else robot.share
+            rooms = share_rooms(self.world, share, from_left=self.a_is_left == (k == 0))
+        stops = find_stops(self.drives[k], rooms, rng)
+        first = 0 if self.spec.overlap is None else nearest_stop(self.ways[k], stops, self.spots[k])
+        start = self._start(k, stops[first][1])
+        keeps_off = self.spec.overlap is not None and self.spec.overlap < KEEPS_OFF_BELOW
+        rival = self.spots[1 - k] if keeps_off else None
+        return make_tour(self.ways[k], stops, start, closes_loop=robot.closes_loop, rival=rival)
+
+    def _frontiers(self, k: int) -> Guide:
+        start = self._start(k, self.spots[k])
+        return Frontiers(self.ways[k], self.seen[k], start if self.specs[k].closes_loop else None)
+
+    def _start(self, k: int, near: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Settle where a robot starts: where it can stand, and apart from the other."""
+        start = cell_centre(*nearest_drivable(self.drives[k], near))
+        if self.starts:
+            start = keep_apart(self.drives[k], start, self.starts[0])
+        self.starts.append(start)
+        return start
+
+    def run(self) -> MissionLog:
+        """Simulate until both robots have ended."""
+        with physics(self.world, hz=self.spec.physics_hz) as bullet:
+            robots = [self._robot(bullet, k) for k in (0, 1)]
+            for robot, other in zip(robots, robots[::-1], strict=True):
+                robot.pilot.other, robot.pilot.position = other.pilot, robot.start[:2]
+            self._drive(bullet, robots)
+        for robot in robots:
+            self._end(robot)
+        a, b = (robot.log(self.world) for robot in robots)
+        return MissionLog(world=self.world, spec=self.spec, seed=0, a=a, b=b, seconds=self.clock.seconds())
+
+    def _robot(self, bullet: Physics, k: int) -> Robot:
+        robot = self.specs[k]
+        steering = Steering(speed_m_s=robot.speed_m_s)
+        turns = robot.lidar.fov_deg < LOOKS_ALL_ROUND_DEG
+        pilot = Pilot(self.guides[k], self.ways[k], steering, gives_way=k == 1, turns_to_look=turns)
+        is_asked = robot.path == "frontier" or not self.spec.coverage is self.spec.overlap is None
+        compiled = self.spec.rays == "compiled"
+        return Robot(
+            bullet,
+            robot,
+            pilot,
+            np.append(self.starts[k], self.yaws[k]),
+            visit=k,
+            seen=self.seen[k] if is_asked else None,
+            caster=Caster(self.world.at_visit(k), robot.lidar.height_m) if compiled else None,
+        )
+
+    def _drive(self, bullet: Physics, robots: list[Robot]) -> None:
+        hz, clock = self.spec.physics_hz, self.clock
+        scan_every = [math.ceil(hz / robot.scan_hz - 1e-9) for robot in self.specs]
+        for k in range(round(self.spec.max_seconds * hz)):
+            now = k / hz
+            if all(robot.pilot.is_done for robot in robots):
+                return
+            for robot, other, every in zip(robots, robots[::-1], scan_every, strict=True):
+                if k % every == 0 and not robot.pilot.is_done:
+                    robot.scan(now, other.pose)
+                    clock.lap("rays")
+                    robot.look()
+            if k % CONTROL_EVERY == 0:
+                for robot in robots:
+                    robot.control(now)
+            if k % round(CHECK_EVERY_S * hz) == 0:
+                self._check(robots, now)
+            clock.lap("planning")
+            bullet.step()
+            clock.lap("physics")
+
+    def _check(self, robots: list[Robot], now: float) -> None:
+        """End the exploration of robots that have seen enough, or have to go home now."""
+        is_met = self.spec.overlap is not None and self._is_met(self.spec.overlap, now)
+        parts = zip(robots, self.specs, self.ways, self.drives, self.seen, strict=True)
+        for robot, spec, ways, drive, seen in parts:
+            guide = robot.pilot.guide
+            way_m = ways.cost_m(robot.pose[:2], robot.start[:2]) if spec.closes_loop else 0.0
+            is_late = spec.closes_loop and now + way_m / (UNHURRIED * spec.speed_m_s) > self.spec.max_seconds
+            is_full = self.spec.coverage is not None and seen.share_of(drive.is_drivable) >= self.spec.coverage
+            if (is_met or is_late or is_full) and not robot.pilot.is_done:
+                guide.finish()
+                robot.pilot.replan()
+
+    def _is_met(self, overlap: float, now: float) -> bool:
+        """Whether the wanted overlap has been passed and cuts to it have not gained for a while.
+
+        Robots that close their loops go home as soon as it is reached, so that they have it when they are there.
+        """
+        if min(seen.scans for seen in self.seen) < FEWEST_SCANS:
+            return False
+        cuts = all_cuts(*self.seen, fewest=FEWEST_SCANS)
+        is_passed = bool(cuts.overlaps[-1, -1] > overlap)
+        self.was_below |= not is_passed
+        least = least_area_m2(self.drives[0].is_drivable)
+        is_enough = min(cuts.area_a[-1], cuts.area_b[-1]) >= least
+        if self.was_below and is_passed and is_enough and (self.spec.a.closes_loop or self.spec.b.closes_loop):
+            return True
+        choice = cuts.choose(overlap, least_m2=least)
+        if choice is not None and choice.worth > GAIN * self.best:
+            self.best, self.best_at = choice.worth, now
+        return self.best > 0 and is_passed and now - self.best_at >= NO_GAIN_S
+
+    def better_apart(self) -> float | None:
+        """Tell how far apart to start next time: further where the maps had too much in common, nearer otherwise."""
+        if self.spec.overlap is None:
+            return None
+        least = least_area_m2(self.drives[0].is_drivable)
+        reached = all_cuts(*self.seen, fewest=1).range(least_m2=least) or (0.0, 0.0)
+        return (self.apart + 1) / 2 if reached[0] > self.spec.overlap else self.apart / 2
+
+    def _end(self, robot: Robot) -> None:
+        """Note what is left undone."""
+        pilot = robot.pilot
+        if not pilot.is_done:
+            pilot.end(f"out of time after {self.spec.max_seconds:.0f} s")
+        elif not pilot.note and self.spec.coverage is not None and robot.seen is not None:
+            share = robot.seen.share_of(self.drives[0].is_drivable)
+            if share < self.spec.coverage:
+                pilot.end(f"found {share:.0%} of the floor, not {self.spec.coverage:.0%}")
+
+
+class _Clock:
+    """Counts real seconds by stage, for benches."""
+
+    def __init__(self) -> None:
+        self._began = self._last = time.perf_counter()
+        self._spent: dict[str, float] = {}
+
+    def lap(self, stage: str) -> None:
+        """Count the time since the last lap for a stage."""
+        now = time.perf_counter()
+        self._spent[stage] = self._spent.get(stage, 0.0) + now - self._last
+        self._last = now
+
+    def seconds(self) -> dict[str, float]:
+        """Return the seconds of every stage, and the rest."""
+        whole = time.perf_counter() - self._began
+        return {**self._spent, "rest": whole - sum(self._spent.values())}

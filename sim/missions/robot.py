@@ -1,0 +1,128 @@
+"""One robot in the simulation: it counts its wheels' turns, scans, and logs what it did and saw."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.errors import SimulationError
+from sim.bullet import TRACK_M, WHEEL_RADIUS_M, Physics
+from sim.missions.log import FEWEST_SCANS, RobotLog
+from sim.missions.spec import RobotSpec
+from sim.motion.coverage import SeenFloor
+from sim.motion.piloting import Pilot
+from sim.sensors.lidar import Reading
+from sim.sensors.ray_casting import Caster
+from sim.world import World, covers
+
+
+class Robot:
+    """A robot, its pilot, and what it has logged so far.
+
+    Parameters
+    ----------
+    bullet
+        The simulation.
+    spec
+        What robot it is.
+    pilot
+        Who drives it.
+    start
+        Pose (x, y, yaw).
+    visit
+        0 for A, 1 for B.
+    seen
+        Where to note what it has seen; None where nobody asks.
+    caster
+        Casts its rays; None where the simulation does.
+    """
+
+    def __init__(
+        self,
+        bullet: Physics,
+        spec: RobotSpec,
+        pilot: Pilot,
+        start: NDArray[np.float64],
+        *,
+        visit: int,
+        seen: SeenFloor | None,
+        caster: Caster | None,
+    ) -> None:
+        self._bullet, self._spec, self._caster = bullet, spec, caster
+        self.pilot, self.seen, self.start = pilot, seen, start
+        self._body = bullet.add_robot(start, visit=visit)
+        self._angles = spec.lidar.angles
+        self._odometry, self._wheels = start.copy(), (0.0, 0.0)
+        self._times: list[float] = []
+        self._poses: list[NDArray[np.float64]] = []
+        self._counted: list[NDArray[np.float64]] = []
+        self._readings: list[Reading] = []
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """Where it truly is, (x, y, yaw)."""
+        return self._bullet.pose(self._body)
+
+    def control(self, time: float) -> None:
+        """Count the wheels' turns and set their speeds."""
+        wheels = self._bullet.wheel_angles(self._body)
+        left, right = ((new - old) * WHEEL_RADIUS_M for new, old in zip(wheels, self._wheels, strict=True))
+        self._wheels = wheels
+        heading = self._odometry[2] + (right - left) / TRACK_M / 2
+        ahead = (left + right) / 2
+        step = [ahead * math.cos(heading), ahead * math.sin(heading), (right - left) / TRACK_M]
+        self._odometry = self._odometry + step
+        self._bullet.drive(self._body, *self.pilot.command(self.pose, time))
+
+    def scan(self, time: float, other: NDArray[np.float64]) -> None:
+        """Log one scan; `other` is the pose of the other robot."""
+        pose, lidar = self.pose, self._spec.lidar
+        if self._caster is None:
+            reading = self._bullet.cast(self._body, self._angles, lidar.max_range_m, lidar.height_m)
+        else:
+            reading = self._caster.cast(pose, self._angles, lidar.max_range_m, other[None])
+        self._times.append(time)
+        self._poses.append(pose)
+        self._counted.append(self._odometry)
+        self._readings.append(reading)
+
+    def look(self) -> None:
+        """Take note of what the last scan shows."""
+        if self.seen is not None:
+            self.seen.add(self._poses[-1][None], self._readings[-1].ranges[None])
+            if self.pilot.guide.look():
+                self.pilot.replan()
+
+    def log(self, world: World) -> RobotLog:
+        """Return what was logged, in the building it was logged in.
+
+        Raises
+        ------
+        SimulationError
+            If there are too few scans to make a map.
+        """
+        if len(self._times) < FEWEST_SCANS:
+            why = self.pilot.note or "its way was short"
+            raise SimulationError(f"a robot made only {len(self._times)} scans: {why}")
+        times, poses = np.array(self._times), np.array(self._poses)
+        glass = np.array([reading.glass for reading in self._readings])
+        rooms = _entered(world, times, poses)
+        log = RobotLog(
+            times=times,
+            poses=poses,
+            odometry=np.array(self._counted),
+            ranges=np.array([reading.ranges for reading in self._readings]),
+            glass=glass if np.isfinite(glass).any() else None,
+            rooms=tuple(name for _, name in rooms),
+            entered=tuple(time for time, _ in rooms),
+            note=self.pilot.note,
+        )
+        return log.with_stuck_noted()
+
+
+def _entered(world: World, times: NDArray[np.float64], poses: NDArray[np.float64]) -> list[tuple[float, str]]:
+    """When a robot first was in each room, in order."""
+    inside = [(room.name, covers(room.outline, poses[:, :2])) for room in world.rooms]
+    return sorted((float(times[np.argmax(was_in)]), name) for name, was_in in inside if was_in.any())

@@ -1,0 +1,1 @@
+"""How robots drive and explore."""

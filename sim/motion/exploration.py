@@ -1,0 +1,241 @@
+"""How a robot tours rooms: which rooms, in which order, and from which start.
+
+The tours are planned on the true plan and driven by true poses: they stand for an operator who knows the building.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.errors import SimulationError
+from sim.motion.driving import DriveField, Ways, cell_at, cell_centre, cell_centres, disc, nearest_cell, standing_spot
+from sim.world import Room, World, covers
+
+SECOND_LOOK_M2 = 22.0  # rooms larger than this are looked at from a second spot
+APART_M = 1.0  # between two robots at the start, at least
+Point = NDArray[np.float64]
+Stop = tuple[str, Point]  # a room's name and a point (2,) in it
+
+
+def share_rooms(world: World, share: float, *, from_left: bool) -> tuple[Room, ...]:
+    """Choose the rooms of one robot: the leftmost or rightmost share of the building, at least two.
+
+    Parameters
+    ----------
+    world
+        The building.
+    share
+        Of the number of rooms, 0..1.
+    from_left
+        Which end to begin at; the shares of two robots overlap where they add up to more than 1.
+    """
+    rooms = sorted(world.rooms, key=lambda room: float(room.outline.mean(axis=0)[0]), reverse=not from_left)
+    return tuple(rooms[: max(2, min(len(rooms), round(share * len(rooms))))])
+
+
+def find_stops(drive: DriveField, rooms: Sequence[Room], rng: np.random.Generator) -> list[Stop]:
+    """Choose where to look around in each room that can be entered; in a large one from two spots, the second drawn.
+
+    Raises
+    ------
+    SimulationError
+        If there are no rooms, or none can be entered.
+    """
+    if not rooms:
+        raise SimulationError("this world has no rooms to tour; path = 'frontier' explores it without")
+    stops = [(room.name, spot) for room in rooms for spot in _spots(drive, room, rng)]
+    if not stops:
+        raise SimulationError(f"a robot can enter none of the {len(rooms)} rooms to tour")
+    return stops
+
+
+def _spots(drive: DriveField, room: Room, rng: np.random.Generator) -> list[NDArray[np.float64]]:
+    first: NDArray[np.float64] | None = room.spot
+    if nearest_cell(drive.is_drivable, room.spot) != cell_at(room.spot):  # what only this visit finds may stand there
+        first = standing_spot(drive, room)
+    if first is None:
+        return []
+    if room.area_m2 < SECOND_LOOK_M2:
+        return [first]
+    rows, cols = np.nonzero(drive.is_drivable & (drive.clearance > 0.5))
+    points = cell_centres(rows, cols)
+    away = np.hypot(*(points - first).T) > 0.3 * math.sqrt(room.area_m2)
+    choice = points[away & covers(room.outline, points)]
+    return [first] if not len(choice) else [first, choice[int(rng.integers(len(choice)))]]
+
+
+def starts_apart(
+    drive: DriveField, ways: Ways, apart: float, rng: np.random.Generator
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Choose where two robots start: one at an end of the building, the other at a share of the way to the other end.
+
+    Parameters
+    ----------
+    drive, ways
+        Where they can drive.
+    apart
+        0 for side by side, 1 for as far as can be.
+    rng
+        Of the choice.
+    """
+    rows, cols = np.nonzero(drive.is_drivable & (drive.clearance >= min(0.5, drive.clearance[drive.is_drivable].max())))
+    spots = cell_centres(rows, cols)
+    anywhere = spots[int(rng.integers(len(spots)))]
+    first: Point = spots[int(np.argmax(ways.costs(anywhere)[rows, cols]))]
+    order = np.argsort(ways.costs(first)[rows, cols], kind="stable")
+    share = min(1.0, max(0.0, apart + rng.uniform(-0.05, 0.05)))
+    return first, spots[order[round(share * (len(order) - 1))]]
+
+
+def keep_apart(drive: DriveField, start: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Move a start out of another robot's way where it is too near.
+
+    Raises
+    ------
+    SimulationError
+        If there is no place for two robots.
+    """
+    if np.hypot(*(start - other)) >= APART_M:
+        return start
+    away = drive.is_drivable & ~disc(drive.is_drivable.shape, other, APART_M)
+    if not away.any():
+        raise SimulationError("there is no place for a second robot in this world")
+    row, col = nearest_cell(away, start)
+    return cell_centre(row, col)
+
+
+def in_order(ways: Ways, stops: Sequence[Stop], first: int) -> list[Stop]:
+    """Sort stops so that, from the first one on, always the nearest comes next."""
+    left = list(stops)
+    order = [left.pop(first)]
+    while left:
+        order.append(left.pop(nearest_stop(ways, left, order[-1][1])))
+    return order
+
+
+def nearest_stop(ways: Ways, stops: Sequence[Stop], point: Point) -> int:
+    """Return the index of the stop to which the way from a point is shortest."""
+    return int(np.argmin([ways.cost_m(spot, point) for _, spot in stops]))
+
+
+def shorten_round(ways: Ways, stops: Sequence[Stop]) -> list[Stop]:
+    """Shorten a round trip through all stops and back to the first by turning parts of it (2-opt).
+
+    In a building whose corridor is a ring the shortest round trip goes round it.
+    """
+    apart = np.array([[ways.cost_m(p, q) for _, p in stops] for _, q in stops])
+    order, is_better = list(range(len(stops))), True
+    while is_better:
+        is_better = False
+        for i in range(len(order) - 1):
+            for j in range(i + 2, len(order) - (i == 0)):
+                p, q, r, s = order[i], order[i + 1], order[j], order[(j + 1) % len(order)]
+                if apart[p, r] + apart[q, s] < apart[p, q] + apart[r, s] - 1e-6:
+                    order[i + 1 : j + 1] = order[j:i:-1]
+                    is_better = True
+    return [stops[k] for k in order]
+
+
+@dataclass(slots=True, eq=False)
+class Tour:
+    """Guides one robot through its stops, in order.
+
+    Parameters
+    ----------
+    ways
+        Where it can drive.
+    stops
+        Where it looks around.
+    home
+        Where it returns at the end; None where it does not.
+    """
+
+    ways: Ways
+    stops: list[Stop]
+    home: NDArray[np.float64] | None = None
+    visited: list[str] = field(default_factory=list)
+    note: str = ""
+    is_done: bool = False
+    _put_off: set[str] = field(default_factory=set)
+
+    @property
+    def goal(self) -> str:
+        """Where it is going, for people."""
+        return self.stops[0][0] if self.stops else "its start"
+
+    @property
+    def faces(self) -> NDArray[np.float64] | None:
+        """Where to look from a stop: anywhere."""
+        return None
+
+    def look(self) -> bool:
+        """Tell whether the way should be planned anew: what a scan shows does not change a tour."""
+        return False
+
+    def path(
+        self, position: NDArray[np.float64], blocked: NDArray[np.bool_] | None = None
+    ) -> NDArray[np.float64] | None:
+        """Plan the way to the next stop or home, off blocked cells (H, W); None where there is none."""
+        target = self.stops[0][1] if self.stops else self.home
+        return None if target is None else self.ways.path(position, target, blocked)
+
+    def arrive(self) -> None:
+        """Take note of the stop and turn to the next."""
+        if self.stops:
+            self.visited.append(self.stops.pop(0)[0])
+        else:
+            self.is_done = True
+        self.is_done |= not self.stops and self.home is None
+
+    def put_off(self) -> None:
+        """Try the current stop again after all others, which may be none; the second time leave it out."""
+        if not self.stops:
+            return
+        stop = self.stops.pop(0)
+        key = str(stop)
+        if key not in self._put_off:
+            self._put_off.add(key)
+            self.stops.append(stop)
+        else:
+            self.note = "; ".join(filter(None, (self.note, f"could not get to {stop[0]}")))
+        self.is_done = not self.stops and self.home is None
+
+    def finish(self) -> None:
+        """Leave the other stops out: go home, or end here."""
+        self.stops = []
+        self.is_done = self.home is None
+
+
+def make_tour(
+    ways: Ways, stops: Sequence[Stop], start: Point, *, closes_loop: bool = False, rival: Point | None = None
+) -> Tour:
+    """Plan a tour of stops.
+
+    Parameters
+    ----------
+    ways
+        Where the robot can drive.
+    stops
+        Where it looks around.
+    start
+        Where it starts: the nearest stop is the first, and then the nearest is always the next.
+    closes_loop
+        Whether it tours the stops in a round and returns to its start.
+    rival
+        Where the other robot starts, if what is nearer to that comes last; None where it does not matter.
+    """
+    mine = [s for s in stops if rival is None or ways.cost_m(s[1], start) <= ways.cost_m(s[1], rival)]
+    others = [s for s in stops if not any(s is one for one in mine)]
+    order: list[Stop] = []
+    for part in (mine, others):
+        at = order[-1][1] if order else start
+        if part:
+            order += in_order(ways, part, nearest_stop(ways, part, at))
+    if closes_loop:
+        return Tour(ways, shorten_round(ways, order), start)
+    return Tour(ways, order)

@@ -1,0 +1,1 @@
+"""Odometry, scan matching, loop closure and mapping."""
