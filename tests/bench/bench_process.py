@@ -12,7 +12,10 @@ from tests import drawing
 
 A, B = (str(drawing.DATA / f"building_{name}.yaml") for name in "ab")
 WHOLE_S = 1.5
-IMPORTS = "import rectmerge.cli.main, rectmerge.composing.compose, rectmerge.io.map_file, rectmerge.drawing.maps, rectmerge.robust.method"
+IMPORTS = (
+    "import rectmerge.cli.main, rectmerge.composing.compose, rectmerge.io.map_file, rectmerge.drawing.maps, "
+    "rectmerge.robust.method"
+)
 ACTIONS = {
     "bare-python": ["-c", "pass"],
     "imports-only": ["-c", IMPORTS],

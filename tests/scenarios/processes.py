@@ -12,7 +12,7 @@ from typing import IO
 import cv2
 import numpy as np
 
-from tests.scenarios.test_dataset import ROW
+from tests.scenarios.dataset.test_reader import ROW
 
 HOME = Path(__file__).parents[2]
 START = [sys.executable, "-c", "from scenarios.cli.main import main; main()"]
