@@ -1,4 +1,4 @@
-"""Rectangles of free cells: the largest one, and all maximal empty ones."""
+"""Rectangles of free cells: the largest, and all maximal empty ones."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LONGEST_SIDE_CELLS = np.iinfo(np.uint16).max
 
 @dataclass(frozen=True, slots=True, order=True)
 class Rectangle:
-    """Columns x .. x + w - 1 and rows y .. y + h - 1 of a grid: half-open, in cells.
+    """Rectangle of columns x .. x + w - 1 and rows y .. y + h - 1 of a grid, in cells.
 
     Examples
     --------
@@ -101,15 +101,15 @@ def maximal_rectangles(free: NDArray[np.bool_], *, min_side_cells: int = 1) -> N
     if min_side_cells < 1:
         raise InputError(f"min_side_cells must be >= 1, got {min_side_cells}")
     runs = run_lengths(free)
-    found = np.empty((1024, 4), np.int32)
-    if (count := kernels.every_maximal(runs, min_side_cells, min_side_cells, found)) > len(found):
-        found = np.empty((count, 4), np.int32)
-        kernels.every_maximal(runs, min_side_cells, min_side_cells, found)
-    return found[:count].copy()
+    boxes = np.empty((1024, 4), np.int32)
+    if (count := kernels.every_maximal(runs, min_side_cells, min_side_cells, boxes)) > len(boxes):
+        boxes = np.empty((count, 4), np.int32)
+        kernels.every_maximal(runs, min_side_cells, min_side_cells, boxes)
+    return boxes[:count].copy()
 
 
 def run_lengths(free: NDArray[np.bool_]) -> NDArray[np.uint16]:
-    """Count the contiguous free cells from each cell to the right (eq. 2), column-major: shape (W, H).
+    """Count the contiguous free cells from each cell to the right, column-major: shape (W, H).
 
     Raises
     ------
@@ -118,7 +118,7 @@ def run_lengths(free: NDArray[np.bool_]) -> NDArray[np.uint16]:
     """
     from rectmerge._kernels.runs import free_runs
 
-    mask = np.asarray(free)
+    mask = np.asarray(free)  # eq. (1)
     if mask.ndim != 2 or mask.dtype != np.bool_ or mask.size == 0:
         raise InputError(f"free must be a mask of shape (H, W) with at least one cell, got {mask.dtype} {mask.shape}")
     if max(mask.shape) > LONGEST_SIDE_CELLS:
@@ -126,5 +126,5 @@ def run_lengths(free: NDArray[np.bool_]) -> NDArray[np.uint16]:
     turned = cv2.transpose(np.ascontiguousarray(mask).view(np.uint8))
     columns: NDArray[np.uint8] = np.asarray(turned, np.uint8).reshape(mask.shape[::-1])
     runs = np.empty(columns.shape, np.uint16)
-    free_runs(columns, runs)
+    free_runs(columns, runs)  # Alg. 1, line 3
     return runs

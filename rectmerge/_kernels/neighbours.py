@@ -1,4 +1,4 @@
-"""Connections of labelled rectangles: the labels that touch each side."""
+"""Connections of labelled rectangles: the labels along each side."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def side_labels(
 ) -> NDArray[np.int32]:
     """List the labels along the four sides (up, down, left, right) of every rectangle, ascending and unique.
 
-    `extra` cells are looked at beyond the end of each side (eq. 3 has one). Side d of rectangle i is the returned
+    `extra` cells are read beyond the end of each side (one in the printed eq. 3). Side d of rectangle i is the returned
     slice starts[4 i + d] to starts[4 i + d + 1].
     """
     height, width = labels.shape
@@ -30,7 +30,7 @@ def side_labels(
             begin = count
             starts[4 * i + side] = begin
             is_row = side < 2
-            fixed = y - 1 if side == 0 else y + h if side == 1 else x - 1 if side == 2 else x + w
+            fixed = y - 1 if side == 0 else y + h if side == 1 else x - 1 if side == 2 else x + w  # eq. (3)
             first = x if is_row else y
             length = (w if is_row else h) + extra
             last = min(first + length, width if is_row else height)
@@ -38,7 +38,7 @@ def side_labels(
                 continue
             for k in range(first, last):
                 label = labels[fixed, k] if is_row else labels[k, fixed]
-                if label > 0 and label != i + 1 and seen[label] != 4 * i + side:
+                if label > 0 and label != i + 1 and seen[label] != 4 * i + side:  # eq. (4)
                     seen[label] = 4 * i + side
                     listed[count] = label
                     count += 1

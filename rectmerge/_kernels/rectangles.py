@@ -1,4 +1,4 @@
-"""Maximal empty rectangles, one or all, on column-major run lengths."""
+"""Maximal empty rectangles, the largest or all, on column-major run lengths."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ def largest(runs: NDArray[np.uint16]) -> tuple[int, int, int, int]:
     """Return (x, y, w, h) of the largest rectangle; ties: smallest x, bottom row, top row. All 0 if none is free."""
     width, height = runs.shape
     stack = np.empty((height + 1, 2), np.int32)
-    best_area, best_x, best_top, best_bottom = 0, 0, 0, 1
-    for x in range(width):
+    best_area, best_x, best_top, best_bottom = 0, 0, 0, 1  # Alg. 1, lines 4-6
+    for x in range(width):  # Alg. 1, line 7
         y = 0
         while y < height:
             stop, longest, may_begin_here = interval_end(runs, x, y, height)
@@ -29,8 +29,8 @@ def largest(runs: NDArray[np.uint16]) -> tuple[int, int, int, int]:
 
 
 @kernel
-def every_maximal(runs: NDArray[np.uint16], least_width: int, least_height: int, found: NDArray[np.int32]) -> int:
-    """Write all maximal rectangles into `found` (N, 4) as far as it reaches; return how many there are."""
+def every_maximal(runs: NDArray[np.uint16], least_width: int, least_height: int, boxes: NDArray[np.int32]) -> int:
+    """Write all maximal rectangles into `boxes` (N, 4) as far as it reaches; return their number."""
     width, height = runs.shape
     tops, widths = np.empty(height + 1, np.int32), np.empty(height + 1, np.int32)
     count = 0
@@ -43,12 +43,12 @@ def every_maximal(runs: NDArray[np.uint16], least_width: int, least_height: int,
             while depth > 0 and widths[depth - 1] > here:
                 depth -= 1
                 top = tops[depth]
-                # free to grow up or down it is not, by the stack; nor to the right, by the run
+                # the stack bounds it above and below, the run on the right
                 is_maximal = x == 0 or blocked_left >= top
                 if is_maximal and widths[depth] >= least_width and y - top >= least_height:
-                    if count < len(found):
-                        found[count, 0], found[count, 1] = x, top
-                        found[count, 2], found[count, 3] = widths[depth], y - top
+                    if count < len(boxes):
+                        boxes[count, 0], boxes[count, 1] = x, top
+                        boxes[count, 2], boxes[count, 3] = widths[depth], y - top
                     count += 1
             if here > 0 and (depth == 0 or widths[depth - 1] < here):
                 tops[depth], widths[depth] = top, here

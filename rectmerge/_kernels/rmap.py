@@ -1,4 +1,4 @@
-"""The R-map: the greedy survey-carve-repeat sequence, exact and lazy."""
+"""R-map: the greedy sequence of survey, carve and repeat, exact and lazy."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SMALL_AREA = 7  # below this area, sweeping the few cells that are left beats th
 
 @kernel
 def move(heap: NDArray[np.int64], source: int, target: int) -> None:
-    """Copy a row, element by element: a slice would cost ten times as much."""
+    """Copy a row of the heap, element by element: a slice would cost ten times as much."""
     heap[target, 0] = heap[source, 0]
     heap[target, 1] = heap[source, 1]
     heap[target, 2] = heap[source, 2]
@@ -51,7 +51,7 @@ def drop_first(heap: NDArray[np.int64], size: int) -> None:
 
 @kernel
 def is_free(runs: NDArray[np.uint16], x: int, top: int, bottom: int, width: int) -> bool:
-    """Tell whether the rectangle is still free."""
+    """Check if the rectangle is still free."""
     column = runs[x]
     for y in range(top, bottom):  # noqa: SIM110 - compiled loop
         if column[y] < width:
@@ -82,7 +82,7 @@ def carve(
 
 
 @kernel
-def room_for_one(heap: NDArray[np.int64], size: int) -> NDArray[np.int64]:
+def grow_if_full(heap: NDArray[np.int64], size: int) -> NDArray[np.int64]:
     """Return the heap, twice as long where it is full."""
     if size < len(heap):
         return heap
@@ -115,9 +115,9 @@ def survey(
             if may_begin_here and longest * (stop - y) >= least_area:
                 area, top, bottom = best_in_interval(runs, x, y, stop, least_area, stack)
                 if area > 0:
-                    heap = room_for_one(heap, counts[0])
-                    key, rows_of_it = (-area << 32) + (x << 16) + bottom, (y << 32) + (stop << 16) + top
-                    push(heap, counts[0], key, rows_of_it, counts[1])
+                    heap = grow_if_full(heap, counts[0])
+                    key, interval = (-area << 32) + (x << 16) + bottom, (y << 32) + (stop << 16) + top
+                    push(heap, counts[0], key, interval, counts[1])
                     counts[0] += 1
                     counts[1] += 1
         y = stop
@@ -135,7 +135,7 @@ def survey_right_of(
     heap: NDArray[np.int64],
     stack: NDArray[np.int32],
 ) -> NDArray[np.int64]:
-    """Survey afresh the free intervals of column x that touch `rows`, whose left neighbours have just been carved."""
+    """Survey again the free intervals of column x that touch `rows`, after their left neighbours were carved."""
     if x == len(runs):
         return heap
     begin, end = rows
@@ -147,14 +147,14 @@ def survey_right_of(
 
 
 @kernel
-def append(found: NDArray[np.int32], count: int, x: int, y: int, w: int, h: int) -> NDArray[np.int32]:
-    """Write one more rectangle, into a longer array where it is full."""
-    if count == len(found):
+def append(boxes: NDArray[np.int32], count: int, x: int, y: int, w: int, h: int) -> NDArray[np.int32]:
+    """Append a rectangle, into a longer array where it is full."""
+    if count == len(boxes):
         longer = np.empty((2 * count + 64, 4), np.int32)
-        longer[:count] = found
-        found = longer
-    found[count, 0], found[count, 1], found[count, 2], found[count, 3] = x, y, w, h
-    return found
+        longer[:count] = boxes
+        boxes = longer
+    boxes[count, 0], boxes[count, 1], boxes[count, 2], boxes[count, 3] = x, y, w, h
+    return boxes
 
 
 @kernel
@@ -167,27 +167,27 @@ def carve_large(runs: NDArray[np.uint16], labels: NDArray[np.int32], least_area:
     survey the column right of the carved rectangle, where such rectangles may begin.
     """
     width, height = runs.shape
-    found, count = np.empty((256, 4), np.int32), 0
+    boxes, count = np.empty((256, 4), np.int32), 0
     stack = np.empty((height + 1, 2), np.int32)
     newest = np.zeros((width, height), np.int32)  # the latest entry whose interval begins at a cell
     heap = np.empty((1024, 3), np.int64)  # area, x and bottom; begin, end and top; the entry's number
     counts = np.array([0, 1])  # entries in the heap, entries ever made
     for x in range(width):
         heap = survey(runs, newest, x, (0, height), 0, least_area, counts, heap, stack)
-    while counts[0] > 0 and count < most:
+    while counts[0] > 0 and count < most:  # Alg. 2, line 3
         key, rows, entry = heap[0, 0], heap[0, 1], heap[0, 2]
         area, x, bottom = -(key >> 32), (key >> 16) & 0xFFFF, key & 0xFFFF
         begin, end, top = rows >> 32, (rows >> 16) & 0xFFFF, rows & 0xFFFF
         drop_first(heap, counts[0])
         counts[0] -= 1
         w = area // (bottom - top)
-        if is_free(runs, x, top, bottom, w):
-            found = append(found, count, x, top, w, bottom - top)
+        if is_free(runs, x, top, bottom, w):  # Alg. 2, line 4
+            boxes = append(boxes, count, x, top, w, bottom - top)
             count += 1
-            carve(runs, labels, x, top, bottom, w, count)
+            carve(runs, labels, x, top, bottom, w, count)  # Alg. 2, line 5
             heap = survey_right_of(runs, newest, x + w, (top, bottom), least_area, counts, heap, stack)
         heap = survey(runs, newest, x, (begin, end), entry, least_area, counts, heap, stack)
-    return found[:count]
+    return boxes[:count]
 
 
 @kernel
@@ -197,12 +197,12 @@ def carve_small(
     largest: int,
     least_area: int,
     most: int,
-    found: NDArray[np.int32],
+    boxes: NDArray[np.int32],
 ) -> NDArray[np.int32]:
-    """Go on below `largest`: nothing greater is left, so each area is one sweep in the order of ties."""
+    """Carve the rectangles of area `largest` and less: nothing greater is left, so each area is one sweep."""
     width, height = runs.shape
-    count = len(found)
-    cells = np.empty(width * height, np.uint32)  # x and y; their order is that of ties
+    count = len(boxes)
+    cells = np.empty(width * height, np.uint32)  # x and y, in the order of ties
     left = 0
     for x in range(width):
         for y in range(height):
@@ -217,14 +217,14 @@ def carve_small(
                 if runs[x, y] * h < area or area % h > 0 or h > y + 1:
                     continue
                 if count < most and is_free(runs, x, y + 1 - h, y + 1, area // h):
-                    found = append(found, count, x, y + 1 - h, area // h, h)
+                    boxes = append(boxes, count, x, y + 1 - h, area // h, h)
                     count += 1
                     carve(runs, labels, x, y + 1 - h, y + 1, area // h, count)
             if runs[x, y] > 0:
                 cells[kept] = cells[i]
                 kept += 1
         left = kept
-    return found[:count]
+    return boxes[:count]
 
 
 @kernel
@@ -235,7 +235,7 @@ def greedy_rectangles(
 
     `runs` is used up; `labels` (H, W) receives the number of the rectangle, from 1.
     """
-    found = carve_large(runs, labels, max(least_area, SMALL_AREA), most)
-    if least_area < SMALL_AREA and len(found) < most:
-        found = carve_small(runs, labels, SMALL_AREA - 1, least_area, most, found)
-    return found
+    boxes = carve_large(runs, labels, max(least_area, SMALL_AREA), most)
+    if least_area < SMALL_AREA and len(boxes) < most:
+        boxes = carve_small(runs, labels, SMALL_AREA - 1, least_area, most, boxes)
+    return boxes

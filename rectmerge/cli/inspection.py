@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from rectmerge.analysis.quality import MapQuality, measure_quality
 from rectmerge.drawing.maps import Picture, beside, draw_parallels, draw_rectangles, draw_series
 from rectmerge.grid import UNKNOWN, OccupancyGrid
-from rectmerge.paper.orientation import Orientation, largest_neighbours, orthogonal_orientation
-from rectmerge.paper.placing import PlacedImage
+from rectmerge.paper.edges import largest_neighbours
+from rectmerge.paper.orientation import Orientation, orthogonal_orientation
+from rectmerge.paper.placed_image import PlacedImage
 from rectmerge.paper.rmap import RMap, Side, rmap
 
 MARGIN_CELLS = 5
@@ -105,7 +106,7 @@ class Inspection:
             lines = self.orientation.line, self.orientation.facing_line
             pair = tuple(np.array(line, np.float64) - 0.5 for line in lines)  # from corners of cells to pixel centres
             panels["parallel edges"] = draw_parallels(self.grid, [(pair[0], pair[1])], self.orientation.turn)
-            upright = _cropped(PlacedImage.of(self.grid.occupancy).turned(self.orientation.turn).cells)
+            upright = _cropped(PlacedImage.from_cells(self.grid.occupancy).turned(self.orientation.turn).cells)
             turned = rmap(upright.free).rectangles
             panels[f"turned upright: {len(turned)} rectangles"] = draw_rectangles(upright, turned)
         return beside(list(panels.values()), list(panels))

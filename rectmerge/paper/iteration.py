@@ -1,15 +1,15 @@
-"""One pass of Algorithm 5's loop: match rectangles, then say how to turn map 1 and rescale map 2."""
+"""Pass of Algorithm 5's loop: the final rotation, the scale ratio and the overlay from shared triangles."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge.paper.placing import PlacedImage
+from rectmerge.paper.placed_image import PlacedImage
 from rectmerge.paper.rmap import RMap
 from rectmerge.paper.triangles import SharedTriangles
 from rectmerge.similarity import Similarity
@@ -17,18 +17,18 @@ from rectmerge.similarity import Similarity
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
-    """What the shared triangles of two maps say.
+    """Shared triangles of two maps with the final rotation and the scale ratio.
 
     Parameters
     ----------
     triangles
         The best set of shared triangles.
     quarter_turns
-        Lambda_f in quarter turns counter-clockwise to the eye, 0 to 3, for map 1.
+        Lambda_f of map 1: quarter turns counter-clockwise to the eye, 0 to 3.
     ratio
-        Eq. 13: how many times larger map 2 has to be.
+        Factor by which map 2 is to be enlarged (eq. 13).
     centres
-        Centres of the three rectangles of each map, (u, v) pixels, shape (2, 3, 2).
+        Centres of the three rectangles of each map, shape (2, 3, 2), in pixels (u, v).
     """
 
     triangles: SharedTriangles
@@ -37,7 +37,7 @@ class Match:
     centres: NDArray[np.float64]
 
     def as_trace(self) -> dict[str, Any]:
-        """Return plain data for reports: the figures that the paper's section IV prints."""
+        """Return the numbers that section IV prints as plain data."""
         return {
             "lambda_f_deg": 90 * self.quarter_turns,
             "delta_a": list(self.triangles.first),
@@ -49,16 +49,63 @@ class Match:
         }
 
 
+class Turn(NamedTuple):
+    """Lambda of a map, in radians; `has_cut_edges` where Algorithm 3 left out rectangles of an edge."""
+
+    angle: float
+    has_cut_edges: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pass:
+    """Pass of the loop of Algorithm 5.
+
+    Parameters
+    ----------
+    match
+        The shared triangles with Lambda_f and the ratio.
+    pixels
+        The resulting placement, from B's pixels to A's.
+    turns
+        Lambda of both maps.
+    images, rmaps
+        Both maps as they were matched, and their rectangles.
+    scale_after
+        The cumulative ratio: the factor by which this pass and all before it enlarge map 2.
+    """
+
+    match: Match
+    pixels: Similarity
+    turns: tuple[Turn, Turn]
+    images: tuple[PlacedImage, ...]
+    rmaps: tuple[RMap, ...]
+    scale_after: float
+
+    def as_trace(self) -> dict[str, Any]:
+        """Return the numbers that section IV prints as plain data."""
+        return {
+            "lambda_a_deg": math.degrees(self.turns[0].angle),
+            "lambda_b_deg": math.degrees(self.turns[1].angle),
+            "has_cut_edges_a": self.turns[0].has_cut_edges,
+            "has_cut_edges_b": self.turns[1].has_cut_edges,
+            **self.match.as_trace(),
+            "rectangles_a": len(self.rmaps[0]),
+            "rectangles_b": len(self.rmaps[1]),
+            "cumulative_ratio": self.scale_after,
+        }
+
+
 def match_triangles(first: RMap, second: RMap, triangles: SharedTriangles) -> Match:
-    """Read the final rotation and the scale ratio from the shared triangles (Algorithm 5, lines 13-15)."""
+    """Compute the final rotation and the scale ratio from the shared triangles (Algorithm 5, lines 13-15)."""
     boxes = np.stack(
         [first.boxes[np.array(triangles.first) - 1], second.boxes[np.array(triangles.second) - 1]]
     )  # (2, 3, 4)
     centres = boxes[..., :2] + (boxes[..., 2:] - 1) / 2
-    quarters = final_quarter_turns(centres[0], centres[1])
+    quarters = final_quarter_turns(centres[0], centres[1])  # Alg. 5, line 13
     w, h = boxes[0, 0, 2:]
-    width = h if quarters % 2 else w  # as it will be once map 1 is turned
-    return Match(triangles, quarters, float(width) / float(boxes[1, 0, 2]), centres)  # eq. (13)
+    width = h if quarters % 2 else w  # after the turn of map 1
+    ratio = float(width) / float(boxes[1, 0, 2])  # eq. (13); Alg. 5, line 15
+    return Match(triangles, quarters, ratio, centres)
 
 
 def overlay(images: list[PlacedImage], match: Match) -> Similarity:
@@ -69,24 +116,24 @@ def overlay(images: list[PlacedImage], match: Match) -> Similarity:
     images
         Map 1 and map 2 as they were matched.
     match
-        What their shared triangles say.
+        Their shared triangles with Lambda_f and the ratio.
 
     Returns
     -------
     Similarity
-        From pixels of the original map 2 to pixels of the original map 1: exactly what was done to both images, with
-        the translation that brings the centroids of the two triangles together.
+        From pixels of the original map 2 to pixels of the original map 1: the exact transforms of both images, with
+        the translation that aligns the centroids of the two triangles.
     """
     turn = Similarity(1.0, -match.quarter_turns * math.pi / 2)  # clockwise in pixels
     rescale = Similarity(match.ratio, 0.0, (match.ratio - 1) / 2, (match.ratio - 1) / 2)
-    target = turn.apply(match.centres[0]).mean(axis=0)
+    target = turn.apply(match.centres[0]).mean(axis=0)  # Alg. 5, line 18
     source = rescale.apply(match.centres[1]).mean(axis=0)
     shift = Similarity(1.0, 0.0, float(target[0] - source[0]), float(target[1] - source[1]))
     return (turn @ images[0].pose).inverse() @ shift @ rescale @ images[1].pose
 
 
 def final_quarter_turns(first: NDArray[np.float64], second: NDArray[np.float64]) -> int:
-    """Find Lambda_f: the quarter turns, counter-clockwise to the eye, that take triangle 1's direction to triangle 2's.
+    """Compute Lambda_f: quarter turns, counter-clockwise to the eye, from the median of triangle 1 to that of 2.
 
     Parameters
     ----------
@@ -95,7 +142,7 @@ def final_quarter_turns(first: NDArray[np.float64], second: NDArray[np.float64])
 
     Notes
     -----
-    What the paper calls the bisector runs from Delta_1 to the midpoint of Delta_2 and Delta_3: the median.
+    The paper's bisector-vector from Delta_1 to the midpoint of Delta_2 and Delta_3 is the median of the triangle.
     """
     (u1, v1), (u2, v2) = median_vector(first), median_vector(second)
     clockwise = math.atan2(u1 * v2 - v1 * u2, u1 * u2 + v1 * v2)  # v points down

@@ -9,7 +9,7 @@ from rectmerge.rectangles import Rectangle, largest_rectangle
 
 
 def find_mer(free: NDArray[np.bool_]) -> Rectangle | None:
-    """Find the maximal empty rectangle of a grid (Algorithm 1, eq. 1-2): the largest one.
+    """Find the maximal empty rectangle of a grid (Algorithm 1).
 
     Parameters
     ----------
@@ -28,7 +28,8 @@ def find_mer(free: NDArray[np.bool_]) -> Rectangle | None:
 
     Notes
     -----
-    Departs from the paper: the listing never pops T and resets neither k nor w; this is the prose, the largest
-    rectangle under the histogram of each column. Ties, open in the paper: smallest x, then bottom row, then top row.
+    Departs from the paper: the listing never pops T and resets neither k nor w; the prose is implemented instead, the
+    largest rectangle under the histogram of each column. Ties, open in the paper, go to the smallest x, then the
+    smallest bottom row, then the smallest top row. The survey itself is in `_kernels/rectangles.py` and `runs.py`.
     """
-    return largest_rectangle(free)
+    return largest_rectangle(free)  # Alg. 1, lines 2-24

@@ -18,7 +18,7 @@ SIDES: tuple[Side, ...] = ("up", "down", "left", "right")
 
 @dataclass(frozen=True, eq=False)
 class RMap:
-    """The rectangles of a grid in the order in which they were carved, largest first, with labels and connections.
+    """Rectangles of a grid, largest first, with labels and connections.
 
     Rectangle i of the paper is row i - 1 of `boxes`: labels count from 1, as in the paper.
 
@@ -29,7 +29,7 @@ class RMap:
     labels
         Shape (H, W): the label of the rectangle that holds a cell, 0 for none.
     inclusive_sides
-        Whether sides reach one cell too far, as eq. 3 is printed.
+        Whether sides reach one cell too far, as printed in eq. 3.
     """
 
     boxes: NDArray[np.int32]
@@ -41,7 +41,7 @@ class RMap:
 
     @property
     def rectangles(self) -> list[Rectangle]:
-        """The same rectangles as objects."""
+        """Rectangles as objects."""
         return [Rectangle(*box) for box in self.boxes.tolist()]
 
     @property
@@ -62,7 +62,7 @@ class RMap:
         from rectmerge._kernels.neighbours import side_labels
 
         starts = np.zeros(4 * len(self) + 1, np.int64)
-        return starts, side_labels(self.labels, self.boxes, int(self.inclusive_sides), starts)
+        return starts, side_labels(self.labels, self.boxes, int(self.inclusive_sides), starts)  # Alg. 2, line 7
 
 
 def rmap(
@@ -112,9 +112,8 @@ def rmap(
         raise InputError(f"min_area_cells must be >= 1, got {min_area_cells}")
     if max_rectangles is not None and max_rectangles < 0:
         raise InputError(f"max_rectangles must be >= 0 or None, got {max_rectangles}")
-    runs = run_lengths(free)  # eq. (2)
+    runs = run_lengths(free)  # Alg. 2, line 2
     labels = np.zeros(free.shape, np.int32)
     most = free.size if max_rectangles is None else max_rectangles
-    # Alg. 2, lines 3-6: while free cells are left, find the largest rectangle and carve it
-    boxes = kernels.greedy_rectangles(runs, labels, min_area_cells, most)
+    boxes = kernels.greedy_rectangles(runs, labels, min_area_cells, most)  # Alg. 2, lines 3-6
     return RMap(boxes, labels, inclusive_sides)

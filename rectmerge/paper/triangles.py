@@ -1,4 +1,4 @@
-"""Algorithm 4: the three rectangles of each map that look most alike, as triangles of their centres."""
+"""Algorithm 4: the most similar triangles of both maps, with the centres of three rectangles as vertices."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 
-MOST_STEPS = 10_000_000  # comparisons of vertices, about a tenth of a second
-
 
 @dataclass(frozen=True, slots=True)
 class SharedTriangles:
-    """The best set of shared triangles (eq. 12), each in the order of size in map 1.
+    """Best set of shared triangles (eq. 12), in the order of size in map 1.
 
     Parameters
     ----------
@@ -24,9 +22,9 @@ class SharedTriangles:
     cost
         J of eq. 11.
     combinations
-        Triangles that the rectangles of map 1 make (eq. 9), those below a limit left out.
+        Number of triangles of the listed rectangles of map 1 (eq. 9).
     is_cut
-        Whether a limit kept some triangles from being compared.
+        Whether a limit excluded some triangles from the comparison.
     """
 
     first: tuple[int, int, int]
@@ -39,7 +37,7 @@ class SharedTriangles:
 def corresponding(
     first: NDArray[np.int32], second: NDArray[np.int32], *, delta_cells: float, swap_sides: bool = False
 ) -> NDArray[np.bool_]:
-    """Tell which rectangles of map 2 correspond to each of map 1 by their sides (eq. 8).
+    """Compare the sides of all rectangles of both maps within a tolerance (eq. 8).
 
     Parameters
     ----------
@@ -48,15 +46,15 @@ def corresponding(
     delta_cells
         Tolerance of width and of height.
     swap_sides
-        Also compare w with h, which a quarter turn between the maps asks for.
+        Also compare w with h, as needed where a quarter turn lies between the maps.
 
     Returns
     -------
     NDArray
-        Mask of shape (N, M).
+        Shape (N, M): True where a rectangle of map 2 corresponds to one of map 1.
     """
     sides_1, sides_2 = first[:, None, 2:].astype(np.int64), second[None, :, 2:].astype(np.int64)
-    alike: NDArray[np.bool_] = (np.abs(sides_1 - sides_2) <= delta_cells).all(axis=2)  # (N, M)
+    alike: NDArray[np.bool_] = (np.abs(sides_1 - sides_2) <= delta_cells).all(axis=2)  # eq. (8)
     if swap_sides:
         alike |= (np.abs(sides_1 - sides_2[..., ::-1]) <= delta_cells).all(axis=2)
     return alike
@@ -71,6 +69,7 @@ def shared_triangles(
     max_rectangles: int = 30,
     swap_sides: bool = False,
     weights: tuple[float, float, float, float, float] = (1.0, 1.0, 1.0, 1.0, 1.0),
+    max_comparisons: int = 10_000_000,
 ) -> SharedTriangles | None:
     """Find the best set of shared triangles (Algorithm 4).
 
@@ -81,18 +80,20 @@ def shared_triangles(
     delta_cells
         Tolerance of eq. 8.
     min_area_cells
-        Smaller rectangles are left out of both lists: they hug the walls and say nothing.
+        Smaller rectangles are left out of both lists: those near walls have no remarkable features (III-C).
     max_rectangles
-        At most so many of the largest of each map take part.
+        Number of the largest rectangles of each map that take part.
     swap_sides
-        As `corresponding`.
+        As in `corresponding`.
     weights
-        The diagonal of W in eq. 11; angles count in degrees, areas over distance in cells.
+        Diagonal of W in eq. 11; the angles of FV are in degrees, areas over distance in cells.
+    max_comparisons
+        Comparisons of vertices after which the search stops; ten million take about a tenth of a second.
 
     Returns
     -------
     SharedTriangles or None
-        None where no three rectangles of map 1 have three of map 2 to correspond.
+        None where no three rectangles of map 1 have three corresponding ones in map 2.
 
     Raises
     ------
@@ -101,12 +102,12 @@ def shared_triangles(
 
     Notes
     -----
-    The cost is the paper's (eq. 10 and 11 with W = I): areas over a distance, which scale changes, beside unsigned
-    angles, which a mirror image keeps. All combinations are compared, except where part of a cost exceeds the best
-    one: that changes no answer. Departs from the paper: the three rectangles are distinct, triangles without extent
-    are skipped, small rectangles are left out of both lists and not only of map 1's, and limits keep the count in
-    bounds (eq. 9 is cubic, and every triangle has many partners). A rectangle of map 2 keeps the place of the one that
-    it corresponds to, so its triangle need not be in the order of size, as eq. 12 has both.
+    The cost is that of eq. 10 and 11 with W = I: areas over a distance, which depend on scale, and unsigned angles,
+    which a mirror image shares. All combinations are compared, except where part of a cost exceeds the least one,
+    which changes no answer. Departs from the paper: the three rectangles are distinct, degenerate triangles are
+    skipped, small rectangles are left out of both lists and not only of map 1's, and limits bound the count (eq. 9 is
+    cubic, and every triangle has many partners). A rectangle of map 2 keeps the place of its counterpart in map 1, so
+    the triangle of map 2 need not be in the order of size, as eq. 12 has both.
     """
     from rectmerge._kernels.triangles import best_triangles
 
@@ -114,25 +115,27 @@ def shared_triangles(
         raise InputError(f"weights, delta_cells and max_rectangles must be >= 0, got {weights}, {delta_cells}")
     kept_1, cut_1 = _largest(first, min_area_cells, max_rectangles)
     kept_2, cut_2 = _largest(second, min_area_cells, max_rectangles)
-    alike = corresponding(kept_1, kept_2, delta_cells=delta_cells, swap_sides=swap_sides)  # Alg. 4, lines 3-5
+    alike = corresponding(kept_1, kept_2, delta_cells=delta_cells, swap_sides=swap_sides)  # Alg. 4, lines 2-5
     starts = np.concatenate([[0], np.cumsum(alike.sum(axis=1))]).astype(np.int64)
     partners = np.nonzero(alike)[1].astype(np.int64)
-    cost, vertices, is_stopped = best_triangles(  # lines 6-17
-        _vertices(kept_1), _vertices(kept_2), starts, partners, np.asarray(weights, np.float64), MOST_STEPS
+    cost, vertices, is_stopped = best_triangles(  # Alg. 4, lines 6-16
+        _vertices(kept_1), _vertices(kept_2), starts, partners, np.asarray(weights, np.float64), max_comparisons
     )
     if vertices[0] < 0:
         return None
     i, j, k, e, f, g = (int(v) + 1 for v in vertices)
+    combinations = math.comb(len(kept_1), 3)  # eq. (9)
     is_cut = bool(is_stopped or cut_1 or cut_2)
-    return SharedTriangles((i, j, k), (e, f, g), float(cost), math.comb(len(kept_1), 3), is_cut)  # eq. (9)
+    return SharedTriangles((i, j, k), (e, f, g), float(cost), combinations, is_cut)  # eq. (12); Alg. 4, line 17
 
 
 def _largest(boxes: NDArray[np.int32], min_area_cells: int, most: int) -> tuple[NDArray[np.int32], bool]:
+    """Keep the largest rectangles; also return whether `most` left any out."""
     kept = boxes[boxes[:, 2].astype(np.int64) * boxes[:, 3] >= min_area_cells]
     return kept[:most], len(kept) > most
 
 
 def _vertices(boxes: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Rows (u, v, area): centres in pixels."""
+    """Return rows (u, v, area), with centres in pixels."""
     x, y, w, h = boxes.astype(np.float64).T
     return np.stack([x + (w - 1) / 2, y + (h - 1) / 2, w * h], axis=1)

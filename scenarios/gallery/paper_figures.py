@@ -25,10 +25,11 @@ from rectmerge.errors import SimulationError
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.io.image_file import replace_file
 from rectmerge.methods import FREE_SCALE
-from rectmerge.paper.iteration import overlay
-from rectmerge.paper.merging import Paper, Pass
-from rectmerge.paper.orientation import Orientation, largest_neighbours, orthogonal_orientation
-from rectmerge.paper.placing import PlacedImage
+from rectmerge.paper.edges import largest_neighbours
+from rectmerge.paper.iteration import Pass, overlay
+from rectmerge.paper.merging import Paper
+from rectmerge.paper.orientation import Orientation, orthogonal_orientation
+from rectmerge.paper.placed_image import PlacedImage
 from rectmerge.paper.rmap import RMap, rmap
 from rectmerge.paper.triangles import corresponding
 from rectmerge.rectangles import Rectangle

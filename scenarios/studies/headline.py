@@ -1,4 +1,4 @@
-"""The five marks of the paper's headline experiment, rebuilt, and its trace, from a run of the suite `headline`."""
+"""Five marks of the paper's headline experiment, rebuilt, and its trace, from a run of the suite `headline`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ RESIDUAL_AT_MOST_DEG = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Marks:
-    """What one merge reached of what the paper reports of its own; without a trace, all is missed but to be right.
+    """Marks of a merge against the paper's own numbers; without a trace all are missed except `right`.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Marks:
     ratio
         Cumulative ratio within 3 % of 1.1875.
     iterations
-        How many it took to ratio 1; None where it never got there.
+        Number of iterations to ratio 1; None where the loop never got there.
     right
         Accepted, and right by the benchmark's rule.
     """
@@ -73,9 +73,9 @@ def marks_of(row: Row) -> Marks:
             residual_deg=None, orientation=False, quarter_turn=False, ratio=False, iterations=None, right=right
         )
     turns = info["turn_a_deg"], info["turn_b_deg"]
-    found = steps[0]["lambda_a_deg"], steps[0]["lambda_b_deg"]
-    residual = max(abs(math.remainder(turn + angle, 90.0)) for turn, angle in zip(turns, found, strict=True))
-    left = turns[0] + found[0] + sum(step["lambda_f_deg"] for step in steps) - (turns[1] + found[1])
+    angles = steps[0]["lambda_a_deg"], steps[0]["lambda_b_deg"]
+    residual = max(abs(math.remainder(turn + angle, 90.0)) for turn, angle in zip(turns, angles, strict=True))
+    left = turns[0] + angles[0] + sum(step["lambda_f_deg"] for step in steps) - (turns[1] + angles[1])
     ratio = steps[-1]["cumulative_ratio"]
     return Marks(
         residual_deg=residual,
@@ -100,7 +100,7 @@ def write_report(run: str | Path, out: str | Path) -> None:
     if strangers := {row["suite"] for row in rows} - {SUITE}:
         raise InputError(f"{folder}: a run of {', '.join(sorted(strangers))}, not of {SUITE}")
     if any("ended" not in row["trace"] for row in rows if row["trace"] and "iterations" in row["trace"]):
-        raise InputError(f"{folder}: its traces do not tell whether the loop ended; run the suite again")
+        raise InputError(f"{folder}: its traces have no entry `ended`; run the suite again")
     machine = json.loads((folder / "machine.json").read_text(encoding="utf-8"))
     settings = tomllib.loads((folder / "run.toml").read_text(encoding="utf-8"))
     if Path(out).parent.is_file():
@@ -151,7 +151,7 @@ and 1, together 1.1875 in three iterations.
 
 
 def _groups(rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
-    """Rows by method and noise level; a pair that could not be made tells its level by its id."""
+    """Group rows by method and noise level; the level of a pair that could not be made is read from its id."""
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in rows:
         level = row["pair_id"].rpartition("-n")[2]

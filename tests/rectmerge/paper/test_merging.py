@@ -8,7 +8,7 @@ from rectmerge.alignment import Method
 from rectmerge.errors import InputError, MethodError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.methods import make_method
-from rectmerge.paper import orientation, placing
+from rectmerge.paper import placed_image
 from rectmerge.paper.iteration import final_quarter_turns
 from rectmerge.paper.merging import Paper
 from rectmerge.similarity import Similarity
@@ -122,10 +122,9 @@ def test_the_trace_tells_every_pass_in_plain_data():
     assert (step["has_cut_edges_a"], step["has_cut_edges_b"]) == (False, False)
 
 
-def test_the_trace_tells_where_an_edge_had_more_rectangles_than_are_looked_at(monkeypatch):
-    monkeypatch.setattr(orientation, "MOST_EDGE_POINTS", 8)
+def test_the_trace_tells_where_an_edge_had_more_rectangles_than_are_looked_at():
     a, b = plans.moved(PLAN, 27)[0], PLAN
-    step = place(a, b).trace["iterations"][0]
+    step = place(a, b, max_edge_points=8).trace["iterations"][0]
 
     assert (step["has_cut_edges_a"], step["has_cut_edges_b"]) == (True, False)
 
@@ -181,7 +180,7 @@ def test_the_loop_may_start_far_below_the_bounds_of_the_scale():
 @pytest.mark.parametrize(("degrees", "name"), [(27, "A"), (0, "B")])
 def test_a_map_that_would_grow_too_large_is_refused_before_it_is_resampled(monkeypatch, degrees, name):
     a, b, _ = made_pair(degrees, 180, 1.1875)
-    monkeypatch.setattr(placing, "MOST_CELLS", 50_000)  # neither A turned nor B rescaled has room
+    monkeypatch.setattr(placed_image, "MOST_CELLS", 50_000)  # neither A turned nor B rescaled has room
     found = place(a, b)
 
     assert found.verdict == "rejected"

@@ -7,15 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from rectmerge.paper.orientation import (
-    EDGES,
-    edge_lines,
-    edge_points,
-    edge_rectangles,
-    largest_neighbours,
-    orthogonal_orientation,
-    smallest_turn,
-)
+from rectmerge.paper.edges import EDGES, edge_lines, edge_points, edge_rectangles, largest_neighbours
+from rectmerge.paper.orientation import orthogonal_orientation, smallest_turn
 from rectmerge.paper.rmap import rmap
 from tests import naive
 from tests.rectmerge.paper import plans

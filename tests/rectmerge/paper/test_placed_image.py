@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rectmerge.grid import UNKNOWN
-from rectmerge.paper import placing
-from rectmerge.paper.placing import CanvasError, PlacedImage
+from rectmerge.paper import placed_image
+from rectmerge.paper.placed_image import CanvasError, PlacedImage
 
 
 def numbered(height: int, width: int) -> np.ndarray:
@@ -31,14 +31,14 @@ def assert_pose_holds(image: PlacedImage) -> None:
 
 @given(st.floats(-4, 4), st.integers(5, 30), st.integers(5, 30))
 def test_a_turned_image_holds_all_cells_where_its_pose_says(angle, height, width):
-    image = PlacedImage.of(numbered(height, width)).turned(angle)
+    image = PlacedImage.from_cells(numbered(height, width)).turned(angle)
 
     assert_pose_holds(image)
 
 
 @given(st.integers(-4, 4), st.integers(2, 9), st.integers(2, 9))
 def test_quarter_turns_move_every_cell_exactly(quarters, height, width):
-    image = PlacedImage.of(numbered(height, width)).turned(quarters * math.pi / 2)
+    image = PlacedImage.from_cells(numbered(height, width)).turned(quarters * math.pi / 2)
     v, u = np.indices((height, width))
     cols, rows = np.rint(image.pose.apply(np.stack([u, v], axis=-1))).astype(int).transpose(2, 0, 1)
 
@@ -47,7 +47,7 @@ def test_quarter_turns_move_every_cell_exactly(quarters, height, width):
 
 @given(st.floats(1, 3), st.floats(-3, 3))
 def test_turned_and_rescaled_images_agree_with_their_pose(ratio, angle):
-    image = PlacedImage.of(numbered(20, 24)).turned(angle).rescaled(ratio)
+    image = PlacedImage.from_cells(numbered(20, 24)).turned(angle).rescaled(ratio)
 
     assert image.pose.scale == pytest.approx(ratio)
     assert_pose_holds(image)
@@ -55,14 +55,14 @@ def test_turned_and_rescaled_images_agree_with_their_pose(ratio, angle):
 
 @pytest.mark.parametrize("ratio", [1e4, 700.0])  # 10^10 cells; a side of 33,600
 def test_an_image_that_would_be_too_large_is_refused_before_it_is_resampled(monkeypatch, ratio):
-    monkeypatch.setattr(placing, "_resample", lambda *_: pytest.fail("resampled"))
+    monkeypatch.setattr(placed_image, "_resample", lambda *_: pytest.fail("resampled"))
 
     with pytest.raises(CanvasError, match="would grow to"):
-        PlacedImage.of(numbered(4, 48)).rescaled(ratio)
+        PlacedImage.from_cells(numbered(4, 48)).rescaled(ratio)
 
 
 def test_doubling_has_half_pixel_centres():
-    image = PlacedImage.of(numbered(4, 5)).rescaled(2.0)
+    image = PlacedImage.from_cells(numbered(4, 5)).rescaled(2.0)
 
     assert (image.cells == np.kron(image.original, np.ones((2, 2), np.int8))).all()
     assert image.pose.apply([0.0, 0.0]).tolist() == [0.5, 0.5]
@@ -71,7 +71,7 @@ def test_doubling_has_half_pixel_centres():
 def test_resampling_the_original_gives_back_what_resampling_twice_has_lost():
     cells = numbered(40, 40)
     there_and_back = [
-        PlacedImage.of(cells).rescaled(0.5, resample_from=source).rescaled(2.0, resample_from=source).cells
+        PlacedImage.from_cells(cells).rescaled(0.5, resample_from=source).rescaled(2.0, resample_from=source).cells
         for source in ("original", "previous")
     ]
 

@@ -1,4 +1,4 @@
-"""Turning and rescaling a map's image while keeping exact account of where its pixels went."""
+"""Map image turned and rescaled, with the exact similarity from the pixels of the original."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ ResampleFrom = Literal["original", "previous"]
 
 
 class CanvasError(InputError):
-    """An image would be too large once it is turned or rescaled; raised before anything is resampled."""
+    """Error of an image that would be too large once turned or rescaled; raised before resampling."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedImage:
-    """A map's image as Algorithm 5 has changed it.
+    """Image of a map as turned and rescaled by Algorithm 5.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class PlacedImage:
     pose
         From the pixels of the original image to those of `cells`.
     original
-        The image as it was given.
+        The image as given.
     """
 
     cells: NDArray[np.int8]
@@ -40,8 +40,8 @@ class PlacedImage:
     original: NDArray[np.int8]
 
     @classmethod
-    def of(cls, cells: NDArray[np.int8]) -> PlacedImage:
-        """Begin with an image as it is."""
+    def from_cells(cls, cells: NDArray[np.int8]) -> PlacedImage:
+        """Start from an image as given."""
         return cls(cells, Similarity(), cells)
 
     def turned(self, angle: float, resample_from: ResampleFrom = "original") -> PlacedImage:
@@ -90,7 +90,7 @@ class PlacedImage:
 
 
 def _about_centres(angle: float, before: tuple[int, ...], after: tuple[int, ...]) -> Similarity:
-    """Turn by an angle in the pixel frame, so that the centre of one canvas comes to the centre of the other."""
+    """Return the turn by an angle in the pixel frame that takes the centre of one canvas to that of the other."""
     x, y = Similarity(1.0, angle).apply([(before[1] - 1) / 2, (before[0] - 1) / 2])
     return Similarity(1.0, angle, (after[1] - 1) / 2 - float(x), (after[0] - 1) / 2 - float(y))
 
