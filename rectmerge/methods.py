@@ -7,7 +7,7 @@ import functools
 import time
 from collections.abc import Mapping
 from importlib.metadata import EntryPoint, entry_points
-from typing import TYPE_CHECKING, Literal, Protocol, cast, get_args, get_origin, get_type_hints
+from typing import Literal, Protocol, cast, get_args, get_origin, get_type_hints
 
 import cattrs
 import numpy as np
@@ -15,10 +15,8 @@ import numpy as np
 from rectmerge.alignment import Alignment, Method, ScaleReport, ScaleSource, right_resolutions
 from rectmerge.errors import InputError, MethodError
 from rectmerge.grid import OccupancyGrid
+from rectmerge.hints import ByHand, Guess, Hint
 from rectmerge.similarity import Similarity
-
-if TYPE_CHECKING:
-    from rectmerge.robust.hints import Hint
 
 GROUP = "rectmerge.methods"
 DEFAULT_METHOD = "robust"
@@ -125,7 +123,7 @@ def align(
         Same maps and seed, same answer.
     guess
         About where B lies: (x, y, yaw) of the origin of B's map frame in A's, in its map units and radians; see
-        `rectmerge.robust.hints.Guess`. The default method takes one.
+        `rectmerge.hints.Guess`. The default method takes one.
 
     Raises
     ------
@@ -134,11 +132,9 @@ def align(
     """
     solver = make_method(method) if isinstance(method, str) else method
     if guess is not None:
-        from rectmerge.robust.hints import Guess
-
         if not all(abs(number) <= FARTHEST_CELLS * max(1.0, a.cell_size) for number in guess):
             raise InputError(f"guess must be three finite numbers (x, y, yaw) near the maps, got {guess}")
-        solver = _hinted(solver, Guess(a, b, *guess))
+        solver = _hinted(solver, Guess(*guess))
     return _answer(solver, a, b, scale, seed)
 
 
@@ -173,8 +169,6 @@ def check(
     InputError
         If the method or the scale cannot be used, or the method judges no placement.
     """
-    from rectmerge.robust.hints import ByHand
-
     if not (1 / MOST_SCALE <= pixels.scale <= MOST_SCALE and max(abs(pixels.tx), abs(pixels.ty)) <= FARTHEST_CELLS):
         raise InputError(f"a placement has a scale of 1/{MOST_SCALE:g} to {MOST_SCALE:g} and lies near A, got {pixels}")
     lo, hi = _search_bounds(scale, _expected_scale(a, b))[0]

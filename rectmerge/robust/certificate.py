@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.shrinking import known_bounds
+from rectmerge.analysis.trinary_map import MapCells, trinary
+from rectmerge.analysis.wall_faces import QUARTER
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.face_score import STEPS_PER_NAT, Boxes, FaceScore, Placements, Shares, total
 from rectmerge.robust.features import extract_features
-from rectmerge.robust.trinary_map import MapCells, trinary
-from rectmerge.robust.wall_faces import QUARTER
 from rectmerge.similarity import Similarity
 
 MARGIN = 0.1  # what scores less than this share below the accepted placement comes close to it
@@ -132,10 +132,10 @@ def certify(
         raise InputError(f"scale must satisfy 0 < lo <= hi, got {scale}")
     if not seconds > 0:
         raise InputError(f"seconds must be > 0, got {seconds}")
-    features = [extract_features(MapCells.of(trinary(grid))) for grid in (a, b)]
+    features = [extract_features(MapCells.from_values(trinary(grid))) for grid in (a, b)]
     if features[0] is None or features[1] is None:
         raise InputError(f"map {'A' if features[0] is None else 'B'} has no wall beside free space")
-    score = FaceScore.of(features[0], features[1], pixels)
+    score = FaceScore.from_placement(features[0], features[1], pixels)
     search = _Search(score, (scale[0] * (1 - WIDENED), scale[1] * (1 + WIDENED)), _extent(a) / features[0].factor)
     search.run(time.perf_counter() + seconds)
     met = search.met

@@ -12,36 +12,36 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge.robust.wall_agreement import Weights
+from rectmerge.robust.wall_agreement import WallAgreement
 
-RIGID_TERMS = ("one", "met", "things_met", "things_off", "log_things_met", "missing", "log_overlap")
+RIGID_TERMS = ("one", "matched", "clutter_matched", "clutter_off", "log_clutter_matched", "violations", "log_overlap")
 RIGID = np.array([-4.28, 1.89, 6.44, -7.97, 1.00, -39.86, 2.74])
 BENT = np.array([-8.0, 11.3, 10.0, -15.0, -80.0])  # of the columns of `bent_odds`
 FAT_CELLS, THIN = 2.8, 5.0  # maps whose walls are thinner than this are less likely bent: log-odds per log thickness
 LEAST_OVERLAP, FEWEST_MET, LARGEST_SUPPORT, MUCH_MISSING = 0.03, 20.0, 1.5, 0.1
 
 
-def rigid_terms(weights: Weights) -> NDArray[np.float64]:
+def rigid_terms(weights: WallAgreement) -> NDArray[np.float64]:
     """Lay out what is weighed of N placements as rigid maps, shape (N, len(RIGID_TERMS))."""
     columns = (
-        np.ones_like(weights.met),
-        weights.met,
-        weights.things_met,
-        1.0 - weights.things_met - weights.things_far,
-        np.log(weights.things * weights.things_met + FEWEST_MET),
-        weights.missing,
+        np.ones_like(weights.matched),
+        weights.matched,
+        weights.clutter_matched,
+        1.0 - weights.clutter_matched - weights.clutter_contradicted,
+        np.log(weights.clutter * weights.clutter_matched + FEWEST_MET),
+        weights.violations,
         np.log(weights.overlap + LEAST_OVERLAP),
     )
     return np.stack(columns, axis=1)
 
 
-def rigid_odds(weights: Weights) -> NDArray[np.float64]:
+def rigid_odds(weights: WallAgreement) -> NDArray[np.float64]:
     """Log-odds that each of N placements is right, were there no other, if the maps are rigid, shape (N,)."""
     odds: NDArray[np.float64] = rigid_terms(weights) @ RIGID
     return odds
 
 
-def bent_odds(weights: Weights, support: NDArray[np.float64]) -> NDArray[np.float64]:
+def bent_odds(weights: WallAgreement, support: NDArray[np.float64]) -> NDArray[np.float64]:
     """The same if the maps are bent.
 
     Parameters
@@ -55,8 +55,8 @@ def bent_odds(weights: Weights, support: NDArray[np.float64]) -> NDArray[np.floa
         np.ones_like(support),
         np.sqrt(weights.iou),
         np.sqrt(np.clip(support, 0.0, LARGEST_SUPPORT)),
-        weights.missing,
-        np.maximum(0.0, weights.missing - MUCH_MISSING),
+        weights.violations,
+        np.maximum(0.0, weights.violations - MUCH_MISSING),
     )
     odds: NDArray[np.float64] = np.stack(columns, axis=1) @ BENT
     return odds

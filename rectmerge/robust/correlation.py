@@ -15,9 +15,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge.robust.distance_codes import ON_BORDER
-from rectmerge.robust.likelihood import WallNoise
-from rectmerge.robust.wall_faces import Sides
+from rectmerge.analysis.distance_codes import ON_BORDER
+from rectmerge.analysis.wall_faces import WallFaces
+from rectmerge.robust.likelihood import WallNoise, face_gains
 
 CELLS = 3.0  # working cells per cell that is correlated
 MOST_CELLS = 180.0  # along the diagonal of A; a larger map is correlated in larger cells
@@ -45,19 +45,18 @@ class _Raster:
     shift: NDArray[np.float64]
 
     @classmethod
-    def of(cls, sides: Sides, scale: float) -> _Raster:
+    def from_faces(cls, sides: WallFaces, scale: float) -> _Raster:
         """Turn a map upright and shrink it by a scale, correlated cells per working cell."""
-        features = sides.features
-        height, width = features.free.shape
+        height, width = sides.free.shape
         cos, sin = math.cos(sides.angle), math.sin(sides.angle)
         linear = scale * np.array([[cos, sin], [-sin, cos]])
         size = np.ceil(np.abs(linear) @ [width, height]).astype(int) + 2
         shift = (size - 1) / 2 - linear @ [(width - 1) / 2, (height - 1) / 2]
-        table = sides.gains(WallNoise(tuple(spread / scale for spread in NOISE.spreads), NOISE.outliers))
+        table = face_gains(sides, WallNoise(tuple(spread / scale for spread in NOISE.spreads), NOISE.outliers))
         walls = np.zeros((4, size[1], size[0]), np.float32)
         gains = np.empty_like(walls)
         # written out: a product of so slender matrices wakes threads that wait for each other on a busy machine
-        x, y = features.walls.T
+        x, y = sides.walls.T
         u, v = (np.rint(row[0] * x + row[1] * y + by).astype(np.intp) for row, by in zip(linear, shift, strict=True))
         at = v * size[0] + u  # (N,)
         for k in range(4):
@@ -80,7 +79,7 @@ def scales_within(bounds: tuple[float, float]) -> NDArray[np.float64]:
     return np.exp(np.linspace(low, high, math.ceil((high - low) / SCALE_STEP) + 1))
 
 
-def correlate(a: Sides, b: Sides, scales: Iterable[float], *, most: int) -> tuple[NDArray[np.float64], Image]:
+def correlate(a: WallFaces, b: WallFaces, scales: Iterable[float], *, most: int) -> tuple[NDArray[np.float64], Image]:
     """Find the best shifts of B on A for each scale and quarter turn.
 
     Parameters
@@ -98,12 +97,12 @@ def correlate(a: Sides, b: Sides, scales: Iterable[float], *, most: int) -> tupl
         Shape (N, 4) between the working grids, and (N,): the gain of all walls of each, those of both maps, nats. Of a
         scale, wall points count by the coarser map's cells.
     """
-    base = max(CELLS, math.hypot(*a.features.free.shape) / MOST_CELLS)
-    raster_of_a = functools.lru_cache(maxsize=1)(lambda cell: _Raster.of(a, 1 / cell))
+    base = max(CELLS, math.hypot(*a.free.shape) / MOST_CELLS)
+    raster_of_a = functools.lru_cache(maxsize=1)(lambda cell: _Raster.from_faces(a, 1 / cell))
     placements, gains = [], []
     for scale in scales:
         cell = base * max(1.0, scale)  # what the coarser map shows is enough
-        on_a, on_b = raster_of_a(cell), _Raster.of(b, scale / cell)
+        on_a, on_b = raster_of_a(cell), _Raster.from_faces(b, scale / cell)
         side = cv2.getOptimalDFTSize(max(on_a.size) + max(on_b.size))
         spectra_a = _spectra(on_a.gains, on_a.walls, side)
         spectra_b = _spectra(on_b.walls * min(1.0, scale), on_b.gains * min(1.0, 1 / scale), side)

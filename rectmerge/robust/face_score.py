@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.bounding import add_face_scores, lower_shares
+from rectmerge.analysis.wall_faces import QUARTER, WallFaces
 from rectmerge.robust.features import Features, dominant_angles
-from rectmerge.robust.likelihood import WallNoise
+from rectmerge.robust.likelihood import WallNoise, face_gains
 from rectmerge.robust.refinement import to_pixels
-from rectmerge.robust.wall_faces import QUARTER, Sides
 from rectmerge.similarity import Similarity
 
 FACES = 240  # of both maps that are asked, about
@@ -62,13 +62,13 @@ class FaceScore:
     gains: tuple[NDArray[np.int8], NDArray[np.int8]]
 
     @classmethod
-    def of(cls, a: Features, b: Features, pixels: Similarity) -> FaceScore:
+    def from_placement(cls, a: Features, b: Features, pixels: Similarity) -> FaceScore:
         """Make ready the score under whose noise a placement, from pixels of B to pixels of A, scores highest."""
         centre = b.walls.mean(axis=0)
         at = a.offset + pixels.apply((centre - b.offset) * b.factor) / a.factor
         given = np.array([pixels.angle, math.log(pixels.scale * b.factor / a.factor), *at])
         angle = dominant_angles(a)[0][0]
-        sides = Sides.of(a, angle), Sides.of(b, angle - pixels.angle)
+        sides = a.faces(angle), b.faces(angle - pixels.angle)
         score = cls(a, b, (float(centre[0]), float(centre[1])), given, 0.0, *_sampled(*sides), (_NOTHING, _NOTHING))
         by_noise = [
             replace(score, spread_cells=noise.spreads[0], gains=(_gains(sides[0], noise), _gains(sides[1], noise)))
@@ -121,7 +121,7 @@ def total(shares: Shares) -> NDArray[np.int64]:
     return sums
 
 
-def _sampled(a: Sides, b: Sides) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _sampled(a: WallFaces, b: WallFaces) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Sample the faces of both maps alike: B's first, by way, and groups that take turns between the maps."""
     every = -(-int(np.count_nonzero(a.faces) + np.count_nonzero(b.faces)) // FACES) or 1
     faces: list[NDArray[np.float64]] = []
@@ -130,7 +130,7 @@ def _sampled(a: Sides, b: Sides) -> tuple[NDArray[np.float64], NDArray[np.int64]
     for is_b, sides in ((1, b), (0, a)):
         points, ways = (each[every // 2 :: every] for each in np.nonzero(sides.faces))
         for way in range(4):
-            mine = sides.features.walls[points[ways == way]]
+            mine = sides.walls[points[ways == way]]
             ends = first + np.linspace(0, len(mine), -(-len(mine) // GROUP_FACES) + 1).astype(np.intp)
             groups += [
                 ((n - first) / max(1, len(points)), n, end, way, is_b) for n, end in itertools.pairwise(ends.tolist())
@@ -141,9 +141,9 @@ def _sampled(a: Sides, b: Sides) -> tuple[NDArray[np.float64], NDArray[np.int64]
     return np.ascontiguousarray(np.concatenate(faces).T), np.array([group[1:] for group in order])
 
 
-def _gains(sides: Sides, noise: WallNoise) -> NDArray[np.int8]:
+def _gains(sides: WallFaces, noise: WallNoise) -> NDArray[np.int8]:
     """Lay out what each way gains at each cell, shape (1, 4, h, w), with nothing to gain in a padding before them."""
-    tables = np.rint(STEPS_PER_NAT * sides.gains(noise)).astype(np.int8)
+    tables = np.rint(STEPS_PER_NAT * face_gains(sides, noise)).astype(np.int8)
     plain = np.stack([table[codes] for table, codes in zip(tables, sides.codes, strict=True)])
     return np.pad(plain, ((0, 0), (PADDING, 0), (PADDING, 0)))[None]
 

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from rectmerge._kernels.placements import suppress
 from rectmerge._kernels.profiles import profile_energies
 from rectmerge._kernels.shrinking import count_walls, known_bounds, specks_of_few
+from rectmerge.analysis.distance_codes import BINS, ON_BORDER, distance_codes, distance_to
+from rectmerge.analysis.trinary_map import MapCells
+from rectmerge.analysis.wall_faces import WallFaces
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN
 from rectmerge.rectangles import maximal_rectangles
-from rectmerge.robust.distance_codes import BINS, ON_BORDER, distance_codes, distance_to
-from rectmerge.robust.trinary_map import MapCells
 
 DIAGONAL_CELLS = 400.0  # of the working grid
 LARGEST_DIAGONAL_CELLS = 1000.0  # of the working grid of a map with narrow passages
@@ -30,6 +31,10 @@ FINE_STEPS_RAD = (math.radians(0.25), math.radians(0.06))
 MOST_POINTS_PROJECTED = 1500  # evenly spaced ones stand for more
 SMALLEST_SIDE_CELLS = 4
 ALIKE_IOU = 0.7
+
+SEEN_FREE_CELLS = (2.0, 3.0)  # a wall faces a way if the map is free at these distances
+LONG_CELLS = 25.0  # what runs on for this long is a wall, and not a thing that may have been moved
+RUN_WIDTH_CELLS, RUN_GAP_CELLS = 3.0, 4.0  # how far a run may stray sideways, and be interrupted
 
 Cells = NDArray[np.int32]
 
@@ -49,7 +54,7 @@ class Features:
     distance
         Shape (h, w), float32: from each working cell to the next wall cell, in working cells.
     distance_bins
-        Shape (h, w), uint8: the same as codes of `rectmerge.robust.distance_codes`.
+        Shape (h, w), uint8: the same as codes of `rectmerge.analysis.distance_codes`.
     """
 
     factor: float
@@ -77,6 +82,14 @@ class Features:
     def radius(self) -> float:
         """Root mean square distance of the walls from their centroid, in working cells."""
         return float(np.sqrt(((self.walls - self.walls.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+    def faces(self, angle: float) -> WallFaces:
+        """Group the wall points by outward normal, of which normal 0 is at an angle."""
+        return WallFaces.from_walls(
+            self.walls, self.free, self.known, angle,
+            free_at_cells=SEEN_FREE_CELLS, min_run_cells=LONG_CELLS, run_width_cells=RUN_WIDTH_CELLS,
+            run_gap_cells=RUN_GAP_CELLS,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import add_bent_scores, add_scores, invert
-from rectmerge.robust.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
+from rectmerge.analysis.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
+from rectmerge.analysis.wall_faces import WallFaces
 from rectmerge.robust.features import Features
 
 STEPS_PER_NAT = 1024  # likelihoods are whole numbers of this step
@@ -61,13 +62,18 @@ def gain_table(counts: NDArray[np.intp], noise: WallNoise) -> NDArray[np.float64
     return table
 
 
+def face_gains(faces: WallFaces, noise: WallNoise) -> NDArray[np.float32]:
+    """Return the log-likelihood ratio of meeting each code, by normal, shape (4, 256), nats."""
+    return np.stack([gain_table(count, noise) for count in faces.counts]).astype(np.float32)
+
+
 def likelihood_field(features: Features, noise: WallNoise) -> NDArray[np.int32]:
     """Gain of a foreign wall point at each cell, whichever way it faces, in 1/1024 nat, shape (h, w)."""
     table = np.rint(STEPS_PER_NAT * gain_table(features.distance_counts, noise)).astype(np.int32)
     return np.asarray(cv2.LUT(features.distance_bins, table), np.int32)
 
 
-class Judge:
+class WallLikelihood:
     """Scores placements of B's working grid on A's by the walls of both.
 
     Parameters

@@ -11,21 +11,22 @@ import numpy as np
 from rectmerge.alignment import Alignment, Candidate, Verdict
 from rectmerge.analysis.overlap import Agreement, Comparison
 from rectmerge.analysis.quality import measure_quality
+from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
+from rectmerge.hints import Hint
 from rectmerge.robust import reasons
 from rectmerge.robust.confidence_model import bent_handicap
 from rectmerge.robust.features import (
     QUARTER_TURN_DEG,
     rectangles_in_frame,
 )
-from rectmerge.robust.hints import Hint
-from rectmerge.robust.prepared_map import ReadMap
+from rectmerge.robust.prepared_map import PreparedMap
 from rectmerge.robust.refinement import RIVAL_POINTS, SURFACE_POINTS, Fit, Surface, fit_surfaces, to_pixels
 from rectmerge.robust.search import Ranking, Search
-from rectmerge.robust.trinary_map import MapCells, trinary
-from rectmerge.robust.verdict import ACCEPT_AT, Evidence, judge, others, share
-from rectmerge.robust.wall_agreement import Scales
+from rectmerge.robust.steering import steer
+from rectmerge.robust.verdict import ACCEPT_AT, Evidence, judge, log_odds_of_rest, posterior
+from rectmerge.robust.wall_agreement import AgreementScorer
 from rectmerge.similarity import Similarity
 
 REFINED_BEYOND = 0.05  # refinement may leave the bounds of the scale by this share
@@ -108,7 +109,7 @@ class Robust:
         search, ranking, stage = self._search(fixed, moving, bounds, rng)
         unaided = ranking.best
         if hint is not None:
-            ranking = hint.steer(search, ranking, is_swapped=swapped)
+            ranking = steer(hint, search, ranking, (a, b), is_swapped=swapped)
         if len(ranking) == 0:
             reason = "no placement of one map on the other at a scale within bounds"
             return Alignment(verdict="rejected", reason=reason, method=self.name, quality=quality)
@@ -118,7 +119,7 @@ class Robust:
             answers, is_mirrored = self._beside_mirror_image(answers, unaided, fixed, moving, bounds, rng, stage)
         verdict, reason = self._verdict(answers[0], is_mirrored, maps)
         if verdict != "accepted" and hint is not None and unaided > answers[0][2].plausibility + BETTER_BY:
-            reason = hint.better_elsewhere
+            reason = reasons.better_elsewhere(hint)
         candidates = tuple(
             _candidate(fit.inverse() if swapped else fit, agreement, evidence, a, b)
             for fit, agreement, evidence in answers
@@ -132,10 +133,10 @@ class Robust:
             quality=quality,
         )
 
-    def _read(self, grid: OccupancyGrid) -> ReadMap:
-        return ReadMap.of(grid, MapCells.of(trinary(grid)), measure_quality(grid), self.rectangles)
+    def _read(self, grid: OccupancyGrid) -> PreparedMap:
+        return PreparedMap.from_grid(grid, MapCells.from_values(trinary(grid)), measure_quality(grid), self.rectangles)
 
-    def _verdict(self, best: _Answer, is_mirrored: bool, maps: tuple[ReadMap, ReadMap]) -> tuple[Verdict, str]:
+    def _verdict(self, best: _Answer, is_mirrored: bool, maps: tuple[PreparedMap, PreparedMap]) -> tuple[Verdict, str]:
         _, agreement, evidence = best
         verdict = judge(evidence)
         if verdict == "accepted":
@@ -146,7 +147,12 @@ class Robust:
         return verdict, reasons.not_accepted(verdict, evidence, agreement, facts)
 
     def _search(
-        self, fixed: ReadMap, moving: ReadMap, scale: tuple[float, float], rng: np.random.Generator, last_stage: int = 2
+        self,
+        fixed: PreparedMap,
+        moving: PreparedMap,
+        scale: tuple[float, float],
+        rng: np.random.Generator,
+        last_stage: int = 2,
     ) -> tuple[Search, Ranking, int]:
         """Search by rectangles in the strongest orthogonal frames; where that does not convince, by every shift.
 
@@ -160,7 +166,7 @@ class Robust:
             walls_b=rng.permutation(b.walls),
             scale_bounds=_widened((scale[0] * b.factor / a.factor, scale[1] * b.factor / a.factor)),
             angle=fixed.angles[0][0],
-            scales=Scales(a, b, fixed.angles[0][0]),
+            scales=AgreementScorer(a, b, fixed.angles[0][0]),
             handicap=bent_handicap(max(fixed.thickness_cells, moving.thickness_cells)),
             screened=self.screened,
             refined=self.refined,
@@ -175,16 +181,16 @@ class Robust:
             angles = np.radians(np.arange(0, QUARTER_TURN_DEG, ALL_ROUND_STEP_DEG))
             all_round = [rectangles_in_frame(b, float(angle), most=self.rectangles) for angle in angles]
             fits.append(search.by_rectangles(fixed.frames[:1], all_round))
-        ranking = search.ranked(ranking.beside(search.rank(np.concatenate(fits))))
+        ranking = search.ranked(ranking.concat(search.rank(np.concatenate(fits))))
         return search, _against_rivals(search, ranking), 2
 
     def _exact(
-        self, search: Search, ranking: Ranking, fixed: ReadMap, moving: ReadMap, scale: tuple[float, float]
+        self, search: Search, ranking: Ranking, fixed: PreparedMap, moving: PreparedMap, scale: tuple[float, float]
     ) -> list[_Answer]:
         """Make the best placements exact on the maps' own cells, and gather what speaks for each."""
-        surfaces = Surface.of(fixed.cells), Surface.of(moving.cells)
+        surfaces = Surface.from_cells(fixed.cells), Surface.from_cells(moving.cells)
         comparison = Comparison(fixed.grid, moving.grid)
-        rivals = others(ranking.plausibility)
+        rivals = log_odds_of_rest(ranking.plausibility)
         answers = []
         for i in range(min(self.candidates, len(ranking))):
             placement = to_pixels(ranking.placements[i], search.a, search.b)
@@ -192,8 +198,8 @@ class Robust:
             agreement = comparison.measure(_similarity(fit))
             evidence = Evidence(
                 **ranking.at(i),
-                rivals=float(rivals[i]),
-                matched=fit.matched,
+                rest_log_odds=float(rivals[i]),
+                surface_matched=fit.matched,
                 conflict=agreement.conflict,
                 slack_cells=fit.slack_cells,
                 is_at_limit=_is_at_limit(fit, _widened(scale)),
@@ -205,8 +211,8 @@ class Robust:
         self,
         answers: list[_Answer],
         unaided: float,
-        fixed: ReadMap,
-        moving: ReadMap,
+        fixed: PreparedMap,
+        moving: PreparedMap,
         scale: tuple[float, float],
         rng: np.random.Generator,
         stage: int,
@@ -215,26 +221,31 @@ class Robust:
 
         The mirror image is searched as far as the maps were, where the best answer might be accepted.
         """
-        flipped = ReadMap.of(moving.grid, moving.cells.mirrored(), moving.quality, self.rectangles)
+        flipped = PreparedMap.from_grid(moving.grid, moving.cells.mirrored(), moving.quality, self.rectangles)
         last_stage = stage if answers[0][2].probability >= ACCEPT_AT else 1
         _, ranking, _ = self._search(fixed, flipped, scale, rng, last_stage)
         if len(ranking) == 0:
             return answers, False
-        decoy = ranking.best
-        weighed = [(fit, agreement, dataclasses.replace(evidence, decoy=decoy)) for fit, agreement, evidence in answers]
+        mirror_log_odds = ranking.best
+        weighed = [
+            (fit, agreement, dataclasses.replace(evidence, mirror_log_odds=mirror_log_odds))
+            for fit, agreement, evidence in answers
+        ]
         best = max(unaided, answers[0][2].plausibility)
-        return weighed, _convinces(ranking) and decoy > best + MIRRORED_BY
+        return weighed, _convinces(ranking) and mirror_log_odds > best + MIRRORED_BY
 
 
 def _against_rivals(search: Search, ranking: Ranking) -> Ranking:
     """Rank once more, with the best placement's rivals at every shift and quarter turn."""
     if len(ranking) == 0:
         return ranking
-    return search.ranked(ranking.beside(search.rank(search.rivals_of(ranking.placements[0]))))
+    return search.ranked(ranking.concat(search.rank(search.rivals_of(ranking.placements[0]))))
 
 
 def _convinces(ranking: Ranking) -> bool:
-    return len(ranking) > 0 and share(ranking.plausibility[0], others(ranking.plausibility)[0]) >= ACCEPT_AT
+    return (
+        len(ranking) > 0 and posterior(ranking.plausibility[0], log_odds_of_rest(ranking.plausibility)[0]) >= ACCEPT_AT
+    )
 
 
 def _is_at_limit(fit: Fit, bounds: tuple[float, float]) -> bool:

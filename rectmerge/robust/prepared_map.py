@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from rectmerge.analysis.quality import MapQuality
+from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.features import Features, Frame, dominant_angles, extract_features, rectangles_in_frame
 from rectmerge.robust.reasons import MapFacts
-from rectmerge.robust.trinary_map import MapCells
 
 STRONG = 0.5  # a second direction is as good as the first from this share of its contrast
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReadMap:
+class PreparedMap:
     """A map with what was read off it: the directions in which its walls pile up, and the frames of the strong ones."""
 
     grid: OccupancyGrid
@@ -28,7 +28,7 @@ class ReadMap:
     frames: Sequence[Frame] = ()
 
     @classmethod
-    def of(cls, grid: OccupancyGrid, cells: MapCells, quality: MapQuality, rectangles: int) -> ReadMap:
+    def from_grid(cls, grid: OccupancyGrid, cells: MapCells, quality: MapQuality, rectangles: int) -> PreparedMap:
         """Find what the method needs of a map; no features where no wall borders on free space."""
         features = extract_features(cells)
         if features is None:

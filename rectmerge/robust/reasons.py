@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from rectmerge.alignment import Verdict
 from rectmerge.analysis.overlap import Agreement
+from rectmerge.hints import Guess, Hint
 from rectmerge.robust.verdict import ACCEPT_AT, Evidence, without
 
 LEAST_FREE_CELLS = 1500  # of the working grid; less shows no room
@@ -54,6 +55,13 @@ def not_accepted(verdict: Verdict, evidence: Evidence, agreement: Agreement, map
     return _fault_of_maps(maps) or _fault_of_placement(verdict, evidence, agreement)
 
 
+def better_elsewhere(hint: Hint) -> str:
+    """Say that another placement explains the walls better than one near the hint."""
+    if isinstance(hint, Guess):
+        return "the walls agree better far from the guess than near it: correct it, or leave it out"
+    return "the walls agree better elsewhere: correct the placement, or leave it out and it is searched for"
+
+
 def no_wall(name: str, free_cells: int) -> str:
     """Say why a map without a wall beside its free space cannot be placed."""
     reason = f"map {name} has no wall beside free space"
@@ -91,12 +99,12 @@ def _fault_of_placement(verdict: Verdict, evidence: Evidence, agreement: Agreeme
 def _doubt(evidence: Evidence) -> str:
     """Say what keeps a placement that alone would be accepted from it."""
     behind = evidence.plausibility - math.log(FAR_BEHIND)
-    if max(evidence.rivals, evidence.decoy) < behind:
+    if max(evidence.rest_log_odds, evidence.mirror_log_odds) < behind:
         return (
             f"candidate 1 is probably right ({evidence.probability:.0%}, where {ACCEPT_AT:.0%} is asked) and no other "
             "comes close: look at its overlay, and take it if the walls agree"
         )
-    if evidence.decoy > evidence.rivals:
+    if evidence.mirror_log_odds > evidence.rest_log_odds:
         return (
             f"the mirror image of one map fits nearly as well, so that the walls may agree by chance (the best has "
             f"{evidence.probability:.0%}): map more of what both share"
@@ -112,4 +120,4 @@ def _doubt(evidence: Evidence) -> str:
 
 def _is_bent(evidence: Evidence) -> bool:
     """Whether the maps fit each other, but with much of the walls beside each other."""
-    return evidence.near - evidence.met >= BESIDE and evidence.support >= BENT_SUPPORT
+    return evidence.near - evidence.matched >= BESIDE and evidence.support >= BENT_SUPPORT

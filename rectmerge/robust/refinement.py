@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.fitting import fit_to_fields, fit_to_surfaces, set_equations
 from rectmerge._kernels.placements import invert
+from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.features import Features
-from rectmerge.robust.trinary_map import MapCells
 from rectmerge.similarity import Similarity
 
 BROAD = (16.0, 12.0, 8.0, 8.0)  # working cells
@@ -88,7 +88,7 @@ class Surface:
     index: NDArray[np.int32]
 
     @classmethod
-    def of(cls, cells: MapCells) -> Surface:
+    def from_cells(cls, cells: MapCells) -> Surface:
         """Take a map's walls where they face free space."""
         faces = cells.normals.any(axis=1)
         rows, cols = cells.rows[faces], cells.cols[faces]

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import distinct
+from rectmerge.analysis.wall_faces import WallFaces
 from rectmerge.robust.confidence_model import bent_odds, plausibility, rigid_odds
 from rectmerge.robust.correlation import correlate, scales_within
 from rectmerge.robust.features import Features, Frame
 from rectmerge.robust.hypotheses import propose
-from rectmerge.robust.likelihood import BENDING_NOISE, JUDGED_NOISES, SEARCH_NOISE, Judge, WallNoise
+from rectmerge.robust.likelihood import BENDING_NOISE, JUDGED_NOISES, SEARCH_NOISE, WallLikelihood, WallNoise
 from rectmerge.robust.refinement import BROAD, FINE, NARROW, ONTO_BENT, ONTO_RIGID, refine
-from rectmerge.robust.wall_agreement import Scales, Weights
-from rectmerge.robust.wall_faces import Sides
+from rectmerge.robust.wall_agreement import AgreementScorer, WallAgreement
 
 SCREEN_POINTS = (40, 200)  # wall points of each map in the two screenings
 SEARCH_POINTS, FINAL_POINTS = 300, 800  # wall points of each map in the two refinements
@@ -34,7 +34,7 @@ DAMPING_RIGID, DAMPING_LOOSE = 0.25, 0.5  # powers of the overlap by which likel
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Ranking(Weights):
+class Ranking(WallAgreement):
     """N distinct placements between working grids, most plausible first, and what speaks for each.
 
     Parameters
@@ -99,7 +99,7 @@ class Search:
     walls_b: NDArray[np.float64]
     scale_bounds: tuple[float, float]
     angle: float
-    scales: Scales
+    scales: AgreementScorer
     handicap: float
     screened: int
     refined: int
@@ -111,14 +111,14 @@ class Search:
 
     def by_correlation(self, angles_a: Sequence[float], angles_b: Sequence[float]) -> NDArray[np.float64]:
         """Refine the best of all shifts, at every scale, that lay a direction of B on one of A, shape (N, 4)."""
-        sides_b = [Sides.of(self.b, angle) for angle in angles_b]
-        pairs = [(Sides.of(self.a, angle), on_b) for angle in angles_a for on_b in sides_b]
+        sides_b = [self.b.faces(angle) for angle in angles_b]
+        pairs = [(self.a.faces(angle), on_b) for angle in angles_a for on_b in sides_b]
         return self._best_shifts(pairs, scales_within(self.scale_bounds), SHIFTS, SWEPT)
 
     def rivals_of(self, placement: NDArray[np.float64]) -> NDArray[np.float64]:
         """Refine the best of all shifts and quarter turns beside a placement, at its scale, shape (N, 4)."""
         turn, scale = math.atan2(placement[1], placement[0]), math.hypot(placement[0], placement[1])
-        pair = Sides.of(self.a, self.angle), Sides.of(self.b, self.angle - turn)
+        pair = self.a.faces(self.angle), self.b.faces(self.angle - turn)
         return self._best_shifts([pair], np.array([scale]), RIVALS, 4 * RIVALS)
 
     def near(self, starts: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -129,7 +129,7 @@ class Search:
     def rank(self, fits: NDArray[np.float64]) -> Ranking:
         """Give each fit, shape (N, 4), its most plausible form, as rigid or bent maps, and rank them."""
         forms = np.concatenate([fits, *(self._fit(fits, FINAL_POINTS, reaches) for reaches in (ONTO_RIGID, ONTO_BENT))])
-        weights = self.scales.weigh(forms)
+        weights = self.scales.score(forms)
         likelihood = self._likelihoods(forms, weights.overlap)
         support = likelihood / min(len(self.walls_a), len(self.walls_b))
         judged = Ranking(
@@ -149,7 +149,7 @@ class Search:
         order = np.argsort(-odds, kind="stable")
         apart = self.same_within
         heads = order[distinct(ranking.placements[order], self.b.landmarks, apart, KEPT)]
-        likeliest = ranking.of(self._likeliest_beside(heads, ranking, odds, apart))
+        likeliest = ranking.take(self._likeliest_beside(heads, ranking, odds, apart))
         kept = replace(likeliest, rigid=ranking.rigid[heads], bent=ranking.bent[heads])
         weighed = replace(kept, plausibility=plausibility(kept.rigid, kept.bent))
         return self.best_distinct(weighed)  # two heads may have had the same placement between them
@@ -157,7 +157,7 @@ class Search:
     def best_distinct(self, ranking: Ranking) -> Ranking:
         """Order placements, most plausible first, and leave out what says the same as one before it."""
         order = np.argsort(-ranking.plausibility, kind="stable")
-        return ranking.of(order[distinct(ranking.placements[order], self.b.landmarks, self.same_within, KEPT)])
+        return ranking.take(order[distinct(ranking.placements[order], self.b.landmarks, self.same_within, KEPT)])
 
     @property
     def same_within(self) -> float:
@@ -190,13 +190,13 @@ class Search:
         likelihoods[best] = np.maximum(likelihoods[best], bent)
         return likelihoods
 
-    def _screen(self, judge: Judge, hypotheses: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _screen(self, judge: WallLikelihood, hypotheses: NDArray[np.float64]) -> NDArray[np.float64]:
         """Keep the distinct hypotheses under which a sample of the walls agrees best."""
         for points, most in zip(SCREEN_POINTS, (self.screened, len(hypotheses)), strict=True):
             hypotheses = _best(hypotheses, judge.score(hypotheses, most_points=points), most)
         return self._distinct(hypotheses, SAME_CELLS, self.refined)
 
-    def _refined(self, judge: Judge, hypotheses: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _refined(self, judge: WallLikelihood, hypotheses: NDArray[np.float64]) -> NDArray[np.float64]:
         """Refine the hypotheses, half of them all the way, and keep the best, distinct ones."""
         fits = self._fit(hypotheses, SEARCH_POINTS, BROAD)
         fits = _best(fits, judge.score(fits), len(fits) // 2 + 1)
@@ -205,7 +205,7 @@ class Search:
         return self._distinct(fits, SAME_FIT_CELLS, FITS)
 
     def _best_shifts(
-        self, pairs: Sequence[tuple[Sides, Sides]], scales: NDArray[np.float64], most: int, refined: int
+        self, pairs: Sequence[tuple[WallFaces, WallFaces]], scales: NDArray[np.float64], most: int, refined: int
     ) -> NDArray[np.float64]:
         """Correlate maps in pairs of frames, and refine the best, distinct placements."""
         found = [correlate(on_a, on_b, scales, most=most) for on_a, on_b in pairs]
@@ -217,8 +217,8 @@ class Search:
         kept: NDArray[np.float64] = placements[distinct(placements, self.b.landmarks, apart, most)]
         return kept
 
-    def _judge(self, noise: WallNoise) -> Judge:
-        return Judge(self.a, self.b, self.walls_a, self.walls_b, noise)
+    def _judge(self, noise: WallNoise) -> WallLikelihood:
+        return WallLikelihood(self.a, self.b, self.walls_a, self.walls_b, noise)
 
     def _fit(self, placements: NDArray[np.float64], points: int, reaches: tuple[float, ...]) -> NDArray[np.float64]:
         walls = self.walls_a[:points], self.walls_b[:points]

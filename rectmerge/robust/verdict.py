@@ -24,18 +24,18 @@ class Evidence:
     ----------
     plausibility
         Log-odds that it is right, were there no other: from how the walls of both maps meet under it, and how much.
-    rivals
+    rest_log_odds
         The same of all other distinct placements together: the logarithm of the sum of their odds.
-    decoy
+    mirror_log_odds
         The same of the best placement of the mirror image. No placement of a mirror image can be right, so it shows
         what chance achieves on maps like these. Minus infinity where it was not asked.
     rigid, bent
         The same if the maps are rigid, and if they are bent.
     likelihood, support
         Log-likelihood ratio of all walls against chance, and per wall point of the map that has fewer.
-    judged, met, near, far, things, things_met, things_far, missing, overlap, iou
-        As in `rectmerge.robust.wall_agreement.Weights`.
-    matched
+    judged, matched, near, contradicted, clutter, clutter_matched, clutter_contradicted, violations, overlap, iou
+        As in `rectmerge.robust.wall_agreement.WallAgreement`.
+    surface_matched
         Share of the wall surface in the overlap that lies within 2.5 cells of the other map's.
     conflict
         As in `rectmerge.analysis.overlap.Agreement`.
@@ -46,23 +46,23 @@ class Evidence:
     """
 
     plausibility: float
-    rivals: float = -math.inf
-    decoy: float = -math.inf
+    rest_log_odds: float = -math.inf
+    mirror_log_odds: float = -math.inf
     rigid: float = -math.inf
     bent: float = -math.inf
     likelihood: float = 0.0
     support: float = 0.0
     judged: float = 0.0
-    met: float = 0.0
+    matched: float = 0.0
     near: float = 0.0
-    far: float = 0.0
-    things: float = 0.0
-    things_met: float = 0.0
-    things_far: float = 0.0
-    missing: float = 0.0
+    contradicted: float = 0.0
+    clutter: float = 0.0
+    clutter_matched: float = 0.0
+    clutter_contradicted: float = 0.0
+    violations: float = 0.0
     overlap: float = 0.0
     iou: float = 0.0
-    matched: float = 0.0
+    surface_matched: float = 0.0
     conflict: float = 0.0
     slack_cells: float = 0.0
     is_at_limit: bool = False
@@ -70,18 +70,18 @@ class Evidence:
     @property
     def probability(self) -> float:
         """Probability that the placement is right, and none of the others."""
-        alone = share(self.plausibility, self.rivals, self.decoy)
+        alone = posterior(self.plausibility, self.rest_log_odds, self.mirror_log_odds)
         return min(alone, 0.5) if self.is_slack or self.is_at_limit else alone
 
     @property
     def probability_without_rivals(self) -> float:
         """The same if no other placement came close."""
-        return share(self.plausibility)
+        return posterior(self.plausibility)
 
     @property
     def is_sure(self) -> bool:
         """Whether the mirror image need not be asked: as rigid maps alone this is the answer."""
-        return share(self.rigid, self.rivals) >= SURE_AT
+        return posterior(self.rigid, self.rest_log_odds) >= SURE_AT
 
     @property
     def is_slack(self) -> bool:
@@ -89,19 +89,19 @@ class Evidence:
         return self.slack_cells > LARGEST_SLACK_CELLS
 
 
-def share(plausibility: float, rivals: float = -math.inf, decoy: float = -math.inf) -> float:
+def posterior(plausibility: float, rest_log_odds: float = -math.inf, mirror_log_odds: float = -math.inf) -> float:
     """Turn log-odds into the probability of one of several answers that exclude each other, and of none.
 
     Examples
     --------
-    >>> share(0.0), share(50.0, 50.0)
+    >>> posterior(0.0), posterior(50.0, 50.0)
     (0.5, 0.5)
     """
-    against = np.logaddexp(np.logaddexp(0.0, rivals), decoy)
+    against = np.logaddexp(np.logaddexp(0.0, rest_log_odds), mirror_log_odds)
     return float(1 / (1 + np.exp(np.clip(against - plausibility, -30.0, 30.0))))
 
 
-def others(plausibility: NDArray[np.float64]) -> NDArray[np.float64]:
+def log_odds_of_rest(plausibility: NDArray[np.float64]) -> NDArray[np.float64]:
     """Log of the summed odds of all answers but each one, shape (N,)."""
     rest = np.tile(plausibility, (len(plausibility), 1))
     np.fill_diagonal(rest, -np.inf)

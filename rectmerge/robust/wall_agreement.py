@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import add_scores, invert
 from rectmerge._kernels.tallying import tally
+from rectmerge.analysis.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
 from rectmerge.analysis.overlap import cells_of
-from rectmerge.robust.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
+from rectmerge.analysis.wall_faces import QUARTER, WallFaces
 from rectmerge.robust.features import Features
-from rectmerge.robust.wall_faces import QUARTER, Sides
 
 CODES = 128
 MET_CELLS, NEAR_CELLS, FAR_CELLS = 1.5, 4.0, 8.0  # edges of bins of the distance to a face that looks the same way
@@ -24,45 +24,45 @@ BESIDE_CELLS = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Weights:
+class WallAgreement:
     """What speaks for each of N placements; every array has shape (N,).
 
     Parameters
     ----------
     judged
         Faces of walls that fall where the other map can tell, of both maps, counted by the coarser map's cells.
-    met, near, far
+    matched, near, contradicted
         Shares of these within 1.5 cells of a face of the other map that looks the same way, within 4, and beyond 8.
-    things, things_met, things_far
+    clutter, clutter_matched, clutter_contradicted
         The same of faces that are in no long run: things may have been moved between the visits.
-    missing
+    violations
         Share of the walls on known cells of the other map that lie deep in its free space, whichever way they face.
     overlap, iou
         Of the free space: over the smaller area, and over the union.
     """
 
     judged: NDArray[np.float64]
-    met: NDArray[np.float64]
+    matched: NDArray[np.float64]
     near: NDArray[np.float64]
-    far: NDArray[np.float64]
-    things: NDArray[np.float64]
-    things_met: NDArray[np.float64]
-    things_far: NDArray[np.float64]
-    missing: NDArray[np.float64]
+    contradicted: NDArray[np.float64]
+    clutter: NDArray[np.float64]
+    clutter_matched: NDArray[np.float64]
+    clutter_contradicted: NDArray[np.float64]
+    violations: NDArray[np.float64]
     overlap: NDArray[np.float64]
     iou: NDArray[np.float64]
 
-    def of(self, which: NDArray[np.intp]) -> Self:
+    def take(self, which: NDArray[np.intp]) -> Self:
         """Return some of the placements, in this order."""
         return type(self)(**{field.name: getattr(self, field.name)[which] for field in fields(self)})
 
-    def beside(self, other: Self) -> Self:
+    def concat(self, other: Self) -> Self:
         """Return this one's placements and another's."""
         names = [field.name for field in fields(self)]
         return type(self)(**{name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in names})
 
 
-class Scales:
+class AgreementScorer:
     """Two maps made ready for placements of B on A to be weighed.
 
     Parameters
@@ -75,25 +75,25 @@ class Scales:
 
     def __init__(self, a: Features, b: Features, angle: float) -> None:
         self._a, self._b, self._angle = a, b, angle
-        self._on_a = Sides.of(a, angle)
-        self._on_b: dict[int, Sides] = {}
+        self._on_a = a.faces(angle)
+        self._on_b: dict[int, WallFaces] = {}
         self._floor = np.ascontiguousarray(cells_of(b.free, SAMPLED_FLOOR)[:, ::-1].T, np.float32)
 
-    def weigh(self, placements: NDArray[np.float64]) -> Weights:
+    def score(self, placements: NDArray[np.float64]) -> WallAgreement:
         """Weigh placements, rows (a, b, tx, ty) between the working grids."""
         walls, things = self._faces_met(placements)
         judged, met, near, far = _shares(walls)
-        some, things_met, _, things_far = _shares(things)
+        some, clutter_matched, _, clutter_contradicted = _shares(things)
         overlap, iou = self._overlaps(placements)
-        return Weights(
+        return WallAgreement(
             judged=judged,
-            met=met,
+            matched=met,
             near=near,
-            far=far,
-            things=some,
-            things_met=things_met,
-            things_far=things_far,
-            missing=self._missing(placements),
+            contradicted=far,
+            clutter=some,
+            clutter_matched=clutter_matched,
+            clutter_contradicted=clutter_contradicted,
+            violations=self._violations(placements),
             overlap=overlap,
             iou=iou,
         )
@@ -118,9 +118,9 @@ class Scales:
         walls = _by_coarser_cells(placements, forward[0], backward[0])
         return walls, _by_coarser_cells(placements, forward[1], backward[1])
 
-    def _sides_of_b(self, key: int) -> Sides:
+    def _sides_of_b(self, key: int) -> WallFaces:
         if key not in self._on_b:
-            self._on_b[key] = Sides.of(self._b, key * SAME_TURN)
+            self._on_b[key] = self._b.faces(key * SAME_TURN)
         return self._on_b[key]
 
     def _overlaps(self, placements: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -132,7 +132,7 @@ class Scales:
         common = np.minimum(hits / max(1, self._floor.shape[1]) * area_b, np.minimum(area_a, area_b))
         return common / np.maximum(1.0, np.minimum(area_a, area_b)), common / np.maximum(1.0, area_a + area_b - common)
 
-    def _missing(self, placements: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _violations(self, placements: NDArray[np.float64]) -> NDArray[np.float64]:
         """Share of both maps' walls on cells that the other knows which lie deep in its free space, shape (N,)."""
         ways = np.zeros(len(placements), np.int64)
         one, two = (np.ones((len(f.walls), 1), np.bool_) for f in (self._a, self._b))

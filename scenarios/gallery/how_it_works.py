@@ -12,17 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.alignment import Alignment, Candidate
+from rectmerge.analysis.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
+from rectmerge.analysis.trinary_map import MapCells, trinary
+from rectmerge.analysis.wall_faces import QUARTER, WallFaces
 from rectmerge.drawing.maps import beside, draw_map, with_legend
 from rectmerge.errors import SimulationError
 from rectmerge.io.image_file import replace_file
 from rectmerge.methods import align
 from rectmerge.robust.correlation import correlate
-from rectmerge.robust.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
 from rectmerge.robust.face_score import FaceScore
 from rectmerge.robust.features import Features, dominant_angles, extract_features, rectangles_in_frame
-from rectmerge.robust.trinary_map import MapCells, trinary
 from rectmerge.robust.wall_agreement import FAR_CELLS, MET_CELLS, NEAR_CELLS
-from rectmerge.robust.wall_faces import QUARTER, Sides
 from rectmerge.similarity import Similarity
 from scenarios.execution.files import cleared_folder
 from scenarios.gallery.page_picture import small_png
@@ -70,7 +70,7 @@ class Explained:
         SimulationError
             If a map has no walls or no placement is found.
         """
-        a, b = (extract_features(MapCells.of(trinary(grid))) for grid in (pair.a, pair.b))
+        a, b = (extract_features(MapCells.from_values(trinary(grid))) for grid in (pair.a, pair.b))
         found = align(pair.a, pair.b, scale="free")
         if a is None or b is None or len(found.candidates) < 2:
             raise SimulationError(f"{pair.pair_id}: nothing to explain: {found.reason}")
@@ -82,18 +82,18 @@ class Explained:
         return self.found.candidates[0]
 
     @property
-    def sides(self) -> tuple[Sides, Sides]:
+    def sides(self) -> tuple[WallFaces, WallFaces]:
         """The faces of A and of B, numbered alike under the best candidate."""
-        return Sides.of(self.a, self.angle), self.sides_of_b(self.best.pixels)
+        return self.a.faces(self.angle), self.sides_of_b(self.best.pixels)
 
     def working(self, pixels: Similarity) -> Similarity:
         """Turn a placement between the maps' pixels into one between the working grids."""
         to_a, to_b = (Similarity(1 / each.factor, 0.0, *each.offset.tolist()) for each in (self.a, self.b))
         return to_a @ pixels @ to_b.inverse()
 
-    def sides_of_b(self, pixels: Similarity) -> Sides:
+    def sides_of_b(self, pixels: Similarity) -> WallFaces:
         """Sort the faces of B by the ways of A that a placement turns them to."""
-        return Sides.of(self.b, self.angle - pixels.angle)
+        return self.b.faces(self.angle - pixels.angle)
 
 
 def explain(folder: str | Path, *, force: bool = False, say: Callable[[str], None]) -> list[Path]:
@@ -142,17 +142,20 @@ def draw_maps(shown: Explained) -> Picture:
 def draw_features(shown: Explained) -> Picture:
     """Draw both working grids: wall faces by the way they face, the best rectangles, and one room found in both."""
     sides = shown.sides
-    frames = [rectangles_in_frame(each.features, each.angle, most=RECTANGLES) for each in sides]
+    maps = shown.a, shown.b
+    frames = [
+        rectangles_in_frame(features, each.angle, most=RECTANGLES) for features, each in zip(maps, sides, strict=True)
+    ]
     room = _same_room(frames[0].boxes, frames[1].boxes, shown.working(shown.best.pixels))
     pictures = []
-    for each, frame, same in zip(sides, frames, room, strict=True):
-        canvas = _Canvas.of([(each.features, Similarity())])
+    for features, each, frame, same in zip(maps, sides, frames, room, strict=True):
+        canvas = _Canvas.of([(features, Similarity())])
         canvas.fill(_outline(frame.boxes[same], frame.angle), ROOM)
         for box in frame.boxes[:DRAWN_RECTANGLES]:
             canvas.outline(_outline(box, frame.angle), OTHER_ROOMS, 1)
         canvas.outline(_outline(frame.boxes[same], frame.angle), ROOM_EDGE, 3)
         for k, color in enumerate(WAYS.values()):
-            canvas.dots(each.features.walls[each.faces[:, k]], color)
+            canvas.dots(each.walls[each.faces[:, k]], color)
         pictures.append(canvas.image)
     captions = [f"working grid of {name}" for name in "AB"]
     legend = {**WAYS, "a room found in both": ROOM, f"the best {DRAWN_RECTANGLES} rectangles": OTHER_ROOMS}
@@ -161,7 +164,7 @@ def draw_features(shown: Explained) -> Picture:
 
 def draw_shifts(shown: Explained) -> Picture:
     """Draw what every shift of B on A scores in four quarter turns, and the highest peaks of the correlation."""
-    score = FaceScore.of(shown.a, shown.b, shown.best.pixels)
+    score = FaceScore.from_placement(shown.a, shown.b, shown.best.pixels)
     turn, size = float(score.given[0]), float(score.given[1])
     (height, width), beyond = shown.a.free.shape, math.ceil(shown.b.radius * math.exp(size))
     x, y = np.meshgrid(np.arange(-beyond, width + beyond), np.arange(-beyond, height + beyond))
@@ -199,7 +202,7 @@ def draw_ward(shown: Explained) -> Picture:
 def draw_meetings(shown: Explained, pixels: Similarity) -> Picture:
     """Draw the faces of both maps under a placement, in A's working grid, by what they meet in the other map."""
     working = shown.working(pixels)
-    on_a, on_b = Sides.of(shown.a, shown.angle), shown.sides_of_b(pixels)
+    on_a, on_b = shown.a.faces(shown.angle), shown.sides_of_b(pixels)
     canvas = _Canvas.of([(shown.a, Similarity()), (shown.b, working)])
     told = [
         (shown.a.walls, _meetings(on_a, on_b, working.inverse())),
@@ -211,10 +214,10 @@ def draw_meetings(shown: Explained, pixels: Similarity) -> Picture:
     return canvas.image
 
 
-def _meetings(mine: Sides, other: Sides, placement: Similarity) -> NDArray[np.str_]:
+def _meetings(mine: WallFaces, other: WallFaces, placement: Similarity) -> NDArray[np.str_]:
     """Say which of `MEETINGS` each wall point makes that a placement takes to the other map, by its best face, (N,)."""
-    u, v = np.rint(placement.apply(mine.features.walls)).astype(np.intp).T
-    height, width = other.features.free.shape
+    u, v = np.rint(placement.apply(mine.walls)).astype(np.intp).T
+    height, width = other.free.shape
     is_inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
     codes = other.codes[:, v.clip(0, height - 1), u.clip(0, width - 1)].T.astype(np.intp)  # (N, 4)
     beyond = codes - IN_UNKNOWN

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.shrinking import SPECK, SURFACE, describe_walls
+from rectmerge.analysis import trinary_map as cells
+from rectmerge.analysis import wall_faces as sides
 from rectmerge.methods import make_method
 from rectmerge.robust import features, hypotheses, method, search, verdict
-from rectmerge.robust import trinary_map as cells
-from rectmerge.robust import wall_faces as sides
 from rectmerge.robust.refinement import Fit, fit_surfaces
 from rectmerge.robust.search import Search
-from rectmerge.robust.wall_agreement import Weights
+from rectmerge.robust.wall_agreement import WallAgreement
 from scenarios.bench.rows import Contender, Row, answer, row_of
 from scenarios.pairs.pair import MapPair
 
@@ -80,14 +80,14 @@ def _no_placements(*_: Any) -> NDArray[np.float64]:
     return np.empty((0, 4))
 
 
-def _all_faces_alike(lengths: NDArray[np.float64], *_: NDArray[np.float64]) -> NDArray[np.float64]:
+def _all_faces_alike(lengths: NDArray[np.float64], *_: NDArray[np.float64], **__: float) -> NDArray[np.float64]:
     """Stand in for `run_lengths`: every face is part of a long run."""
     return np.full(len(lengths), np.inf)
 
 
-def _no_odds(weights: Weights, *_: NDArray[np.float64]) -> NDArray[np.float64]:
+def _no_odds(weights: WallAgreement, *_: NDArray[np.float64]) -> NDArray[np.float64]:
     """Stand in for one of the two models: it finds nothing plausible."""
-    return np.full(len(weights.met), -30.0)
+    return np.full(len(weights.matched), -30.0)
 
 
 def no_specks(values: NDArray[np.int8], occupied: NDArray[np.int64]) -> tuple[NDArray[np.int8], NDArray[np.float32]]:

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.robust import confidence_model as model
-from rectmerge.robust.wall_agreement import Weights
+from rectmerge.robust.wall_agreement import WallAgreement
 from scenarios.bench.rows import Row
 from scenarios.scoring.score import RIGHT
 
 STEPS, RATE = 3000, 0.02
 BENT_FROM = 0.002  # residual over extent
 PENALTY = 2e-4  # of squared weights of standardised terms
-AGAINST = ("things_off", "missing")  # terms that can only speak against a placement; others only for it
+AGAINST = ("clutter_off", "violations")  # terms that can only speak against a placement; others only for it
 SIGNS = np.array([0 if name == "one" else -1 if name in AGAINST else 1 for name in model.RIGID_TERMS])
 ALIKE = ("hospital",)  # families of rooms that are alike: their wrong placements look like right ones
 
@@ -106,8 +106,8 @@ def report(rows: Sequence[Row]) -> str:
 
 def terms_of(evidence: Sequence[dict[str, float]]) -> NDArray[np.float64]:
     """Lay out the terms of a pair's candidates, shape (K, len(RIGID_TERMS))."""
-    columns = {field.name: np.array([each[field.name] for each in evidence]) for field in fields(Weights)}
-    return model.rigid_terms(Weights(**columns))
+    columns = {field.name: np.array([each[field.name] for each in evidence]) for field in fields(WallAgreement)}
+    return model.rigid_terms(WallAgreement(**columns))
 
 
 def fit(answers: Answers) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from rectmerge.analysis.quality import measure_quality
+from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.cli import console
 from rectmerge.cli import main as cli
 from rectmerge.grid import OccupancyGrid
@@ -19,16 +20,15 @@ from rectmerge.io.map_file import write_map
 from rectmerge.methods import align, available, make_method
 from rectmerge.rectangles import maximal_rectangles
 from rectmerge.robust.features import extract_features
-from rectmerge.robust.trinary_map import MapCells, trinary
 from tests.bench.bench_paper import noisy_pair
 
 SIDES = (400, 1000, 2000, 4000)
 ROUNDS = 3
 STAGES = {
-    "stage: reading the cells": lambda grid: MapCells.of(trinary(grid)),
+    "stage: reading the cells": lambda grid: MapCells.from_values(trinary(grid)),
     "stage: quality": measure_quality,
     "stage: maximal rectangles": lambda grid: maximal_rectangles(grid.free),
-    "stage: features": lambda grid: extract_features(MapCells.of(trinary(grid))),
+    "stage: features": lambda grid: extract_features(MapCells.from_values(trinary(grid))),
 }
 
 

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.errors import InputError
 from rectmerge.robust.certificate import AWAY, certify
 from rectmerge.robust.face_score import PADDING, FaceScore, total
 from rectmerge.robust.features import extract_features
-from rectmerge.robust.trinary_map import MapCells
 from rectmerge.similarity import Similarity
 from tests import naive
 from tests.rectmerge.robust import plans
@@ -26,8 +26,8 @@ def office_pair() -> tuple[plans.View, plans.View, Similarity]:
 @pytest.fixture(scope="module")
 def office_score() -> FaceScore:
     a, b, pixels = office_pair()
-    features = [extract_features(MapCells.of(view.grid.occupancy)) for view in (a, b)]
-    return FaceScore.of(features[0], features[1], pixels)
+    features = [extract_features(MapCells.from_values(view.grid.occupancy)) for view in (a, b)]
+    return FaceScore.from_placement(features[0], features[1], pixels)
 
 
 def random_boxes(score: FaceScore, rng: np.random.Generator, count: int, largest_cells: float):
@@ -115,8 +115,8 @@ def test_a_row_of_identical_cells_is_not_and_what_scores_alike_is_shown():
     landmarks = middle + np.array([[90.0, 0.0], [0.0, 90.0], [-90.0, 0.0], [0.0, -90.0]])
     moved = np.hypot(*(found.counterexample.apply(landmarks) - pixels.apply(landmarks)).T).max()
     assert moved > AWAY * np.hypot(*(np.ptp(np.argwhere(a.grid.occupancy >= 0), axis=0) + 1))
-    features = [extract_features(MapCells.of(view.grid.occupancy)) for view in (a, b)]
-    alone = FaceScore.of(features[0], features[1], found.counterexample).accepted / 32
+    features = [extract_features(MapCells.from_values(view.grid.occupancy)) for view in (a, b)]
+    alone = FaceScore.from_placement(features[0], features[1], found.counterexample).accepted / 32
     assert found.counterexample_score >= (1 - found.margin) * found.score
     assert alone > 0.75 * found.score  # scored anew, with ways counted from the other placement
 

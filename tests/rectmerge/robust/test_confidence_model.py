@@ -13,20 +13,20 @@ from rectmerge.robust.confidence_model import (
     rigid_odds,
     rigid_terms,
 )
-from rectmerge.robust.wall_agreement import Weights
+from rectmerge.robust.wall_agreement import WallAgreement
 
-GOOD = Weights(
+GOOD = WallAgreement(
     **{
         name: np.array([value])
         for name, value in {
             "judged": 800.0,
-            "met": 0.95,
+            "matched": 0.95,
             "near": 0.98,
-            "far": 0.01,
-            "things": 400.0,
-            "things_met": 0.8,
-            "things_far": 0.05,
-            "missing": 0.02,
+            "contradicted": 0.01,
+            "clutter": 400.0,
+            "clutter_matched": 0.8,
+            "clutter_contradicted": 0.05,
+            "violations": 0.02,
             "overlap": 0.7,
             "iou": 0.5,
         }.items()
@@ -44,7 +44,8 @@ def test_walls_that_meet_are_plausible():
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("met", 0.5), ("things_met", 0.3), ("missing", 0.2), ("overlap", 0.1), ("things", 10.0)]
+    ("name", "value"),
+    [("matched", 0.5), ("clutter_matched", 0.3), ("violations", 0.2), ("overlap", 0.1), ("clutter", 10.0)],
 )
 def test_less_that_speaks_for_it_is_less_plausible_as_rigid_maps(name, value):
     assert rigid_odds(dataclasses.replace(GOOD, **{name: np.array([value])}))[0] < rigid_odds(GOOD)[0] - 0.3
@@ -54,7 +55,9 @@ def test_bent_maps_need_support_and_little_that_is_missing():
     support = np.array([0.8])
 
     assert bent_odds(GOOD, support)[0] > bent_odds(GOOD, 0.2 * support)[0]
-    assert bent_odds(GOOD, support)[0] > bent_odds(dataclasses.replace(GOOD, missing=np.array([0.2])), support)[0] + 5
+    assert (
+        bent_odds(GOOD, support)[0] > bent_odds(dataclasses.replace(GOOD, violations=np.array([0.2])), support)[0] + 5
+    )
 
 
 def test_bent_maps_count_where_no_rigid_ones_convince():

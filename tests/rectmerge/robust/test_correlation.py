@@ -4,23 +4,26 @@ import numpy as np
 import pytest
 
 from rectmerge._kernels.placements import invert
+from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.robust.correlation import CELLS, NOISE, SCALE_STEP, correlate, scales_within
 from rectmerge.robust.features import dominant_angles, extract_features
-from rectmerge.robust.likelihood import WallNoise
-from rectmerge.robust.trinary_map import MapCells
-from rectmerge.robust.wall_faces import Sides
+from rectmerge.robust.likelihood import WallNoise, face_gains
 from tests import naive
 from tests.rectmerge.robust import plans
 
 
-def sides_of(view):
-    features = extract_features(MapCells.of(view.grid.occupancy))
-    return Sides.of(features, dominant_angles(features)[0][0])
+def features_of(view):
+    return extract_features(MapCells.from_values(view.grid.occupancy))
 
 
-def true_placement(a, b, on_a, on_b):
+def faces_of(view):
+    features = features_of(view)
+    return features.faces(dominant_angles(features)[0][0])
+
+
+def true_placement(a, b, one, two):
     """The truth between the working grids, (a, b, tx, ty)."""
-    m, one, two = plans.truth(a, b).matrix, on_a.features, on_b.features
+    m = plans.truth(a, b).matrix
     linear = m[:, :2] * two.factor / one.factor
     return np.array([*linear[:, 0], *(m[:, 2] / one.factor + one.offset - linear @ two.offset)])
 
@@ -30,18 +33,19 @@ def true_placement(a, b, on_a, on_b):
 def test_the_best_shift_at_the_true_scale_is_the_true_one(turn, scale):
     rooms = plans.office(1)
     a, b = plans.see(rooms, degrees=10, noise=1, seed=1), plans.see(rooms, degrees=turn, scale=scale, noise=1, seed=2)
-    on_a, on_b = sides_of(a), sides_of(b)
-    truth = true_placement(a, b, on_a, on_b)
+    on_a, on_b = faces_of(a), faces_of(b)
+    features_a, features_b = features_of(a), features_of(b)
+    truth = true_placement(a, b, features_a, features_b)
 
     placements, gains = correlate(on_a, on_b, [math.hypot(*truth[:2])], most=5)
 
-    best, points = placements[np.argmax(gains)], on_b.features.landmarks
+    best, points = placements[np.argmax(gains)], features_b.landmarks
     assert np.abs(naive.move(best, points) - naive.move(truth, points)).max() < 2 * CELLS * max(1.0, 1 / scale)
 
 
 def test_the_gain_of_a_shift_is_about_that_of_its_faces_one_by_one():
     rooms = plans.office(2)
-    on_a, on_b = sides_of(plans.see(rooms, degrees=0)), sides_of(plans.see(rooms, degrees=90))
+    on_a, on_b = faces_of(plans.see(rooms, degrees=0)), faces_of(plans.see(rooms, degrees=90))
 
     placements, gains = correlate(on_a, on_b, [1.0], most=3)
 
@@ -55,8 +59,8 @@ def test_the_gain_of_a_shift_is_about_that_of_its_faces_one_by_one():
             (on_a, on_b, (k + quarter) % 4, best),
             (on_b, on_a, (k - quarter) % 4, back),
         ):
-            met = naive.tally(placement, [0], here.features.walls, here.faces[:, [k]], there.codes[[way]])[0]
-            slow += met @ there.gains(noise)[way]
+            met = naive.tally(placement, [0], here.walls, here.faces[:, [k]], there.codes[[way]])[0]
+            slow += met @ face_gains(there, noise)[way]
     assert gains.max() == pytest.approx(slow, rel=0.15)
 
 
@@ -64,8 +68,8 @@ def test_walls_back_to_back_gain_nothing():
     cells = np.full((60, 160), -1, np.int8)
     cells[10:50, 10] = 100
     cells[10:50, 11:60] = 0
-    left = Sides.of(extract_features(MapCells.of(cells)), 0.0)
-    right = Sides.of(extract_features(MapCells.of(np.ascontiguousarray(cells[:, ::-1]))), 0.0)
+    left = extract_features(MapCells.from_values(cells)).faces(0.0)
+    right = extract_features(MapCells.from_values(np.ascontiguousarray(cells[:, ::-1]))).faces(0.0)
 
     placements, gains = correlate(left, right, [1.0], most=5)
 

@@ -9,9 +9,9 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from rectmerge._kernels.placements import suppress
 from rectmerge._kernels.profiles import profile_energies
 from rectmerge._kernels.shrinking import known_bounds
+from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.robust.features import dominant_angles, extract_features, rectangles_in_frame, shrink
-from rectmerge.robust.trinary_map import MapCells, trinary
 from tests import drawing, naive
 from tests.rectmerge.robust import plans
 
@@ -39,7 +39,7 @@ def test_shrinking_counts_what_a_slow_loop_counts(cells, factor):
     if bounds[1] < 0:
         return
 
-    found = shrink(MapCells.of(cells), bounds, factor)
+    found = shrink(MapCells.from_values(cells), bounds, factor)
 
     for one, other in zip(found[:3], naive.shrunk_counts(cells, bounds, factor), strict=True):
         np.testing.assert_array_equal(one, other)
@@ -51,7 +51,7 @@ def test_without_shrinking_the_surface_is_summed_where_it_is(cells):
     if bounds[1] < 0:
         return
 
-    _, _, surface, sum_u, sum_v = shrink(MapCells.of(cells), bounds, 1.0)
+    _, _, surface, sum_u, sum_v = shrink(MapCells.from_values(cells), bounds, 1.0)
 
     rows, cols = np.nonzero(surface)
     np.testing.assert_array_equal(sum_u[rows, cols], cols + bounds[2])
@@ -60,7 +60,10 @@ def test_without_shrinking_the_surface_is_summed_where_it_is(cells):
 
 @given(CELLS)
 def test_the_cells_of_a_mirror_image_are_those_of_the_flipped_map(cells):
-    mirrored, flipped = MapCells.of(cells).mirrored(), MapCells.of(np.ascontiguousarray(cells[:, ::-1]))
+    mirrored, flipped = (
+        MapCells.from_values(cells).mirrored(),
+        MapCells.from_values(np.ascontiguousarray(cells[:, ::-1])),
+    )
 
     one, other = (np.lexsort((each.cols, each.rows)) for each in (mirrored, flipped))
     np.testing.assert_array_equal(mirrored.values, flipped.values)
@@ -80,7 +83,7 @@ def test_shrinking_keeps_a_wall_where_it_is_to_a_fraction_of_a_cell(column):
     cells[:, column] = OCCUPIED
     cells[[0, -1], :] = OCCUPIED
 
-    features = extract_features(MapCells.of(cells))
+    features = extract_features(MapCells.from_values(cells))
 
     assert features is not None
     assert features.factor > 2
@@ -93,7 +96,7 @@ def test_shrinking_keeps_a_wall_where_it_is_to_a_fraction_of_a_cell(column):
 def test_pixels_and_working_cells_are_related_by_factor_and_offset():
     view = large_view(20)
 
-    features = extract_features(MapCells.of(view.grid.occupancy))
+    features = extract_features(MapCells.from_values(view.grid.occupancy))
 
     assert features is not None
     assert features.factor > 1.8
@@ -109,7 +112,10 @@ def test_specks_are_removed_and_walls_are_not():
     deep = view.grid.free & (rng.random(cells.shape) < 0.005)
     cells[deep] = OCCUPIED
 
-    clean, salted = extract_features(MapCells.of(view.grid.occupancy)), extract_features(MapCells.of(cells))
+    clean, salted = (
+        extract_features(MapCells.from_values(view.grid.occupancy)),
+        extract_features(MapCells.from_values(cells)),
+    )
 
     assert clean is not None
     assert salted is not None
@@ -120,7 +126,7 @@ def test_specks_are_removed_and_walls_are_not():
 
 
 def test_the_distance_counts_cells_to_the_next_wall():
-    features = extract_features(MapCells.of(drawing.building().occupancy))
+    features = extract_features(MapCells.from_values(drawing.building().occupancy))
 
     assert features is not None
     assert features.factor == 1.0
@@ -133,14 +139,14 @@ def test_the_distance_counts_cells_to_the_next_wall():
 
 @pytest.mark.parametrize("fill", [FREE, OCCUPIED, UNKNOWN])
 def test_a_map_of_one_value_has_no_features(fill):
-    assert extract_features(MapCells.of(np.full((30, 40), fill, np.int8))) is None
+    assert extract_features(MapCells.from_values(np.full((30, 40), fill, np.int8))) is None
 
 
 def test_walls_that_border_on_the_unknown_only_are_no_features():
     cells = np.full((30, 40), UNKNOWN, np.int8)
     cells[5, 5:30] = OCCUPIED
 
-    assert extract_features(MapCells.of(cells)) is None
+    assert extract_features(MapCells.from_values(cells)) is None
 
 
 @given(
@@ -158,7 +164,9 @@ def test_profile_energies_agree_with_a_slow_profile(points, angle, width):
 
 @pytest.mark.parametrize("degrees", [0, 7.3, 31, 44.5, 60, 88])
 def test_the_dominant_angle_is_the_one_the_building_was_turned_by(degrees):
-    features = extract_features(MapCells.of(plans.see(plans.office(1), degrees=degrees, noise=1).grid.occupancy))
+    features = extract_features(
+        MapCells.from_values(plans.see(plans.office(1), degrees=degrees, noise=1).grid.occupancy)
+    )
 
     assert features is not None
     angle = math.degrees(dominant_angles(features)[0][0])
@@ -166,7 +174,7 @@ def test_the_dominant_angle_is_the_one_the_building_was_turned_by(degrees):
 
 
 def test_two_wings_at_an_angle_have_two_dominant_angles():
-    features = extract_features(MapCells.of(plans.see(plans.two_wings(0), degrees=10).grid.occupancy))
+    features = extract_features(MapCells.from_values(plans.see(plans.two_wings(0), degrees=10).grid.occupancy))
 
     assert features is not None
     (one, strong), (other, weaker), *rest = dominant_angles(features)
@@ -176,7 +184,7 @@ def test_two_wings_at_an_angle_have_two_dominant_angles():
 
 
 def test_there_is_always_a_dominant_angle():
-    features = extract_features(MapCells.of(np.array([[0, 100]], np.int8)))
+    features = extract_features(MapCells.from_values(np.array([[0, 100]], np.int8)))
 
     assert features is not None
     assert len(dominant_angles(features)) == 1
@@ -199,7 +207,7 @@ def test_near_doubles_are_left_out_as_a_slow_loop_does(rectangles, iou, keep, ra
 @pytest.mark.parametrize("degrees", [0.0, 23.0, 118.0])
 def test_the_rooms_of_a_building_are_among_its_rectangles(degrees):
     view = plans.see(plans.office(2), degrees=degrees)
-    features = extract_features(MapCells.of(view.grid.occupancy))
+    features = extract_features(MapCells.from_values(view.grid.occupancy))
     assert features is not None
     boxes = rectangles_in_frame(features, math.radians(-degrees), most=200).boxes
     middles = view.pixels.apply((boxes[:, :2] - features.offset) * features.factor)
@@ -220,7 +228,7 @@ def test_the_sides_of_a_closed_room_have_walls_and_an_open_end_has_none():
     cells = np.full((60, 90), UNKNOWN, np.int8)
     cells[10:50, 10:70] = FREE
     cells[9, 9:70] = cells[50, 9:70] = cells[9:51, 9] = OCCUPIED  # open to the right
-    features = extract_features(MapCells.of(cells))
+    features = extract_features(MapCells.from_values(cells))
 
     assert features is not None
     frame = rectangles_in_frame(features, 0.0, most=10)

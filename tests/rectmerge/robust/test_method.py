@@ -267,7 +267,7 @@ def test_what_is_reported_is_complete():
         assert candidate.covariance is not None
         np.testing.assert_allclose(candidate.covariance, candidate.covariance.T)
         assert (np.linalg.eigvalsh(candidate.covariance) > 0).all()
-        assert {"plausibility", "rivals", "overlap", "missing", "residual_cells"} <= set(candidate.evidence)
+        assert {"plausibility", "rest_log_odds", "overlap", "missing", "residual_cells"} <= set(candidate.evidence)
 
 
 def test_a_turned_map_gives_the_turned_answer():

@@ -14,7 +14,7 @@ from rectmerge.robust.verdict import Evidence
 from scenarios.corruption import corrupt
 from tests.rectmerge.robust import plans
 
-POOR = Evidence(plausibility=-5.0, likelihood=50.0, overlap=0.2, missing=0.4)
+POOR = Evidence(plausibility=-5.0, likelihood=50.0, overlap=0.2, violations=0.4)
 SEEN = Agreement(overlap=0.2, iou=0.1, conflict=0.4)
 FINE = MapFacts(free_cells=20_000, roughness=0.05)
 TINY, ROUGH = dataclasses.replace(FINE, free_cells=300), dataclasses.replace(FINE, roughness=0.4)
@@ -27,7 +27,7 @@ TINY, ROUGH = dataclasses.replace(FINE, free_cells=300), dataclasses.replace(FIN
         ({"plausibility": 9.0, "slack_cells": 9.0}, FINE, FINE, "slide by 9 cells"),
         ({}, FINE, TINY, "map B shows too little free space"),
         ({}, ROUGH, FINE, "map A is too noisy (40%"),
-        ({"near": 0.8, "met": 0.4, "support": 0.5}, FINE, FINE, "bent"),
+        ({"near": 0.8, "matched": 0.4, "support": 0.5}, FINE, FINE, "bent"),
         ({"likelihood": -3.0}, FINE, FINE, "different places"),
         ({}, FINE, FINE, "40% of the walls contradicted"),
     ],
@@ -37,24 +37,24 @@ def test_the_first_cause_is_named(change, a, b, word):
 
 
 @pytest.mark.parametrize(
-    ("rivals", "decoy", "words"),
+    ("rest_log_odds", "mirror_log_odds", "words"),
     [
         (6.0, -9.0, "more than one placement"),
         (4.5, 5.5, "mirror image"),
         (4.5, 4.0, "candidate 1 is probably right"),
     ],
 )
-def test_what_keeps_the_best_placement_from_being_accepted_is_told(rivals, decoy, words):
-    doubtful = dataclasses.replace(POOR, plausibility=6.0, rivals=rivals, decoy=decoy)
+def test_what_keeps_the_best_placement_from_being_accepted_is_told(rest_log_odds, mirror_log_odds, words):
+    doubtful = dataclasses.replace(POOR, plausibility=6.0, rest_log_odds=rest_log_odds, mirror_log_odds=mirror_log_odds)
 
     assert words in reasons.not_accepted("ambiguous", doubtful, SEEN, {"A": FINE, "B": FINE})
 
 
 def test_bent_maps_that_are_accepted_are_told_to_be():
-    fine = dataclasses.replace(POOR, plausibility=9.0, near=0.95, met=0.9, support=1.0)
+    fine = dataclasses.replace(POOR, plausibility=9.0, near=0.95, matched=0.9, support=1.0)
 
     assert "bent" not in reasons.accepted(fine, SEEN)
-    assert "bent" in reasons.accepted(dataclasses.replace(fine, met=0.5), SEEN)
+    assert "bent" in reasons.accepted(dataclasses.replace(fine, matched=0.5), SEEN)
 
 
 def mirrored(seed):

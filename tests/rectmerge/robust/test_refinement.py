@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from rectmerge._kernels.fitting import inverse, nearest_facing, set_equations, slopes, solve, stepped
 from rectmerge._kernels.placements import invert
+from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.robust.features import extract_features
 from rectmerge.robust.refinement import (
@@ -22,7 +23,6 @@ from rectmerge.robust.refinement import (
     refine,
     to_pixels,
 )
-from rectmerge.robust.trinary_map import MapCells
 from rectmerge.similarity import Similarity
 from tests import naive
 from tests.rectmerge.robust import plans
@@ -111,7 +111,7 @@ def test_the_surface_is_where_walls_face_free_space():
     cells[2:10, 2:10] = 0
     cells[2:10, 10:13] = 100  # three cells thick, the unknown behind
 
-    surface = Surface.of(MapCells.of(cells)).cells
+    surface = Surface.from_cells(MapCells.from_values(cells)).cells
 
     assert set(surface[:, 0]) == {10.0}
     assert sorted(surface[:, 1]) == list(range(2, 10))
@@ -122,13 +122,13 @@ def test_a_wall_free_on_both_sides_faces_nowhere_but_at_its_ends():
     cells = np.zeros((9, 9), np.int8)
     cells[:, 4] = 100
 
-    assert set(Surface.of(MapCells.of(cells)).cells[:, 1]) == {0.0, 1.0, 7.0, 8.0}
+    assert set(Surface.from_cells(MapCells.from_values(cells)).cells[:, 1]) == {0.0, 1.0, 7.0, 8.0}
 
 
 @settings(max_examples=25)
 @given(st.floats(0, 95), st.floats(0, 95), TURNS, st.floats(0.6, 8))
 def test_the_nearest_facing_surface_is_that_of_a_slow_loop(x, y, facing, reach):
-    surface = Surface.of(MapCells.of(plans.see(plans.office(0), scale=3.0).grid.occupancy))
+    surface = Surface.from_cells(MapCells.from_values(plans.see(plans.office(0), scale=3.0).grid.occupancy))
     normal = math.cos(facing), math.sin(facing)
 
     found = nearest_facing(surface.index, surface.cells, x, y, *normal, reach)
@@ -142,7 +142,7 @@ def test_the_nearest_facing_surface_is_that_of_a_slow_loop(x, y, facing, reach):
 @pytest.mark.parametrize("off", [(0.05, 0.04, (6, -5)), (-0.06, -0.03, (-7, 4)), (0.0, 0.06, (3, 8))])
 def test_fields_pull_a_placement_to_the_truth(noise, off):
     a, b = views(noise)
-    one, two = (extract_features(MapCells.of(view.grid.occupancy)) for view in (a, b))
+    one, two = (extract_features(MapCells.from_values(view.grid.occupancy)) for view in (a, b))
     assert one is not None
     assert two is not None
     rng = np.random.default_rng(0)
@@ -158,7 +158,7 @@ def test_fields_pull_a_placement_to_the_truth(noise, off):
 
 def test_pixels_and_working_grids_tell_the_same_placement():
     a, b = plans.see(plans.office(0), scale=0.4, degrees=9), plans.see(plans.office(0), scale=0.3, degrees=200)
-    one, two = (extract_features(MapCells.of(view.grid.occupancy)) for view in (a, b))
+    one, two = (extract_features(MapCells.from_values(view.grid.occupancy)) for view in (a, b))
     assert one is not None
     assert two is not None
     true = plans.truth(a, b)
@@ -208,7 +208,7 @@ def test_points_are_spread_over_what_the_other_map_covers(points):
     a, b = views()
     true = plans.truth(a, b)
 
-    seen = Surface.of(MapCells.of(b.grid.occupancy)).seen_by(as_placement(true), a.grid.shape, points)
+    seen = Surface.from_cells(MapCells.from_values(b.grid.occupancy)).seen_by(as_placement(true), a.grid.shape, points)
 
     at = true.apply(seen[:, :2])
     assert points / 2 < len(seen) <= points
@@ -281,7 +281,10 @@ def test_the_covariance_in_the_map_frame_is_that_of_draws_taken_there(origin, re
 def test_a_fit_that_is_refused_tells_of_the_placement_that_stays():
     a, b = views()
     start = as_placement(plans.truth(a, b)) + np.array([0.0, 0.0, 40.0, 25.0])
-    one, two = Surface.of(MapCells.of(a.grid.occupancy)), Surface.of(MapCells.of(b.grid.occupancy))
+    one, two = (
+        Surface.from_cells(MapCells.from_values(a.grid.occupancy)),
+        Surface.from_cells(MapCells.from_values(b.grid.occupancy)),
+    )
     points = (
         two.seen_by(start, one.index.shape, SURFACE_POINTS),
         one.seen_by(invert(start[None])[0], two.index.shape, SURFACE_POINTS),
@@ -314,7 +317,10 @@ def test_the_covariance_of_noisy_pairs_is_of_the_size_of_their_errors():
 
 
 def fitted(start: np.ndarray, a: plans.View, b: plans.View, bounds: tuple[float, float] = (0.5, 2.0)) -> Fit:
-    surfaces = Surface.of(MapCells.of(a.grid.occupancy)), Surface.of(MapCells.of(b.grid.occupancy))
+    surfaces = (
+        Surface.from_cells(MapCells.from_values(a.grid.occupancy)),
+        Surface.from_cells(MapCells.from_values(b.grid.occupancy)),
+    )
     return fit_surfaces(start, *surfaces, bounds, points=SURFACE_POINTS)
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from rectmerge.analysis.overlap import measure_agreement
+from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.robust.features import dominant_angles, extract_features, rectangles_in_frame
 from rectmerge.robust.refinement import to_pixels
 from rectmerge.robust.search import KEPT, SAME_RADIUS, Search
-from rectmerge.robust.trinary_map import MapCells
-from rectmerge.robust.wall_agreement import Scales
+from rectmerge.robust.wall_agreement import AgreementScorer
 from tests import naive
 from tests.rectmerge.robust import plans
 from tests.rectmerge.robust.plans import as_similarity
@@ -16,7 +16,7 @@ from tests.rectmerge.robust.plans import as_similarity
 
 def searched(a, b, *, bounds=(0.3, 3.0), seed=0):
     """Search with the default numbers; return the search, its ranking, and both maps' features."""
-    one, two = (extract_features(MapCells.of(view.grid.occupancy)) for view in (a, b))
+    one, two = (extract_features(MapCells.from_values(view.grid.occupancy)) for view in (a, b))
     assert one is not None
     assert two is not None
     rng = np.random.default_rng(seed)
@@ -28,7 +28,7 @@ def searched(a, b, *, bounds=(0.3, 3.0), seed=0):
         walls_b=rng.permutation(two.walls),
         scale_bounds=bounds,
         angle=angle,
-        scales=Scales(one, two, angle),
+        scales=AgreementScorer(one, two, angle),
         handicap=0.0,
         screened=1000,
         refined=120,
@@ -109,7 +109,7 @@ def test_joined_rankings_keep_the_best_of_both():
     search, ranking = searched(*pair(noise=1))
     halves = [ranking.of(np.arange(start, len(ranking), 2)) for start in (0, 1)]
 
-    joined = search.ranked(halves[1].beside(halves[0]))
+    joined = search.ranked(halves[1].concat(halves[0]))
 
     np.testing.assert_array_equal(joined.placements, ranking.placements)
     np.testing.assert_array_equal(joined.plausibility, ranking.plausibility)

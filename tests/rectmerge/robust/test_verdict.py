@@ -6,11 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rectmerge.robust.verdict import ACCEPT_AT, LARGEST_SLACK_CELLS, Evidence, judge, others, share
+from rectmerge.robust.verdict import ACCEPT_AT, LARGEST_SLACK_CELLS, Evidence, judge, log_odds_of_rest, posterior
 
-CONVINCING = Evidence(plausibility=8.0, rivals=0.0, likelihood=900.0, overlap=0.9, iou=0.8, missing=0.0)
+CONVINCING = Evidence(plausibility=8.0, rest_log_odds=0.0, likelihood=900.0, overlap=0.9, iou=0.8, violations=0.0)
 ODDS = st.floats(-20, 20)
-EVIDENCE = st.builds(Evidence, plausibility=ODDS, rivals=ODDS, decoy=ODDS, likelihood=st.floats(-100, 5000))
+EVIDENCE = st.builds(
+    Evidence, plausibility=ODDS, rest_log_odds=ODDS, mirror_log_odds=ODDS, likelihood=st.floats(-100, 5000)
+)
 
 
 @given(EVIDENCE)
@@ -21,16 +23,16 @@ def test_a_probability_is_one(evidence):
 
 @given(st.lists(ODDS, min_size=1, max_size=8))
 def test_answers_exclude_each_other(odds):
-    rivals = others(np.array(odds))
+    rivals = log_odds_of_rest(np.array(odds))
 
-    assert sum(share(own, rival) for own, rival in zip(odds, rivals, strict=True)) < 1
+    assert sum(posterior(own, rival) for own, rival in zip(odds, rivals, strict=True)) < 1
 
 
 def test_a_lone_answer_has_no_rivals():
-    assert others(np.array([3.0])).tolist() == [-math.inf]
+    assert log_odds_of_rest(np.array([3.0])).tolist() == [-math.inf]
 
 
-@given(EVIDENCE, st.sampled_from(["rivals", "decoy"]), st.floats(0, 5))
+@given(EVIDENCE, st.sampled_from(["rest_log_odds", "mirror_log_odds"]), st.floats(0, 5))
 def test_more_that_speaks_against_it_never_helps(evidence, name, more):
     worse = dataclasses.replace(evidence, **{name: getattr(evidence, name) + more})
 
@@ -51,7 +53,7 @@ def test_accepted_means_probable(evidence):
 
 @given(EVIDENCE)
 def test_an_equal_rival_is_never_overruled(evidence):
-    equal = dataclasses.replace(evidence, rivals=evidence.plausibility)
+    equal = dataclasses.replace(evidence, rest_log_odds=evidence.plausibility)
 
     assert judge(equal) != "accepted"
     assert equal.probability <= 0.5
@@ -67,8 +69,8 @@ def test_what_can_slide_or_grow_is_even_odds_at_most(evidence):
     ("change", "verdict"),
     [
         ({}, "accepted"),
-        ({"rivals": 8.0}, "ambiguous"),
-        ({"rivals": 8.0, "slack_cells": 9.0}, "rejected"),
+        ({"rest_log_odds": 8.0}, "ambiguous"),
+        ({"rest_log_odds": 8.0, "slack_cells": 9.0}, "rejected"),
         ({"slack_cells": 9.0}, "rejected"),
         ({"is_at_limit": True}, "rejected"),
         ({"plausibility": -5.0}, "rejected"),

@@ -3,18 +3,36 @@ import pytest
 
 from rectmerge.errors import InputError
 from rectmerge.robust.confidence_model import RIGID_TERMS, rigid_terms
-from rectmerge.robust.wall_agreement import Weights
+from rectmerge.robust.wall_agreement import WallAgreement
 from scenarios.studies.calibration import AGAINST, Answers, fit, loss, report
 
-FIELDS = ("judged", "met", "near", "far", "things", "things_met", "things_far", "missing", "overlap", "iou")
+FIELDS = (
+    "judged",
+    "matched",
+    "near",
+    "contradicted",
+    "clutter",
+    "clutter_matched",
+    "clutter_contradicted",
+    "violations",
+    "overlap",
+    "iou",
+)
 
 
 def candidate(rng, right):
     """What speaks for a placement: a right one meets more, and misses less, than a wrong one, by and large."""
     met, missing = rng.normal(0.8, 0.1) if right else rng.normal(0.5, 0.1), rng.normal(0.03 if right else 0.12, 0.03)
-    shares = {"met": met, "near": met, "things_met": met, "missing": missing, "far": 0.1, "things_far": 0.1}
+    shares = {
+        "matched": met,
+        "near": met,
+        "clutter_matched": met,
+        "violations": missing,
+        "contradicted": 0.1,
+        "clutter_contradicted": 0.1,
+    }
     shares = {name: float(np.clip(value, 0.0, 1.0)) for name, value in shares.items()}
-    return {"judged": 300.0, "things": 200.0, "overlap": 0.5, "iou": 0.3, **shares}
+    return {"judged": 300.0, "clutter": 200.0, "overlap": 0.5, "iou": 0.3, **shares}
 
 
 def row(rng, *, is_found=True, **more):
@@ -70,7 +88,7 @@ def test_the_terms_are_those_of_the_method(rows):
     answers = Answers.of(rows[:1])
     columns = {name: np.array([one[name] for one in rows[0]["evidence"]]) for name in FIELDS}
 
-    np.testing.assert_array_equal(answers.terms[0], rigid_terms(Weights(**columns)))
+    np.testing.assert_array_equal(answers.terms[0], rigid_terms(WallAgreement(**columns)))
 
 
 def test_the_report_leaves_out_other_splits_and_rooms_that_are_alike(rows):

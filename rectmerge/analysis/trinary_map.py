@@ -35,7 +35,7 @@ class MapCells:
     normals: NDArray[np.float32]
 
     @classmethod
-    def of(cls, values: NDArray[np.int8]) -> MapCells:
+    def from_values(cls, values: NDArray[np.int8]) -> MapCells:
         """Find the walls of a map given as -1 unknown, 0 free, 100 occupied."""
         occupied = np.flatnonzero(values > 0)
         kinds, normals = describe_walls(np.ascontiguousarray(values), occupied)
