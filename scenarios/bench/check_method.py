@@ -5,21 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from rectmerge.alignment import Alignment, Method
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.results.folder import to_json
+from scenarios.bench.asking import TimedAnswer, ask_within
+from scenarios.bench.contenders import Contender
 from scenarios.bench.external_program import MATRIX
 from scenarios.bench.mistakes import name_mistake
-from scenarios.bench.rows import Answer, Contender, Row, answer_within, row_of
+from scenarios.bench.rows import score_answer
 from scenarios.execution.limits import Limits
 from scenarios.execution.terminal import table
 from scenarios.pairs.drawn_pairs import VIEWS, easy_pairs
 from scenarios.pairs.pair import MapPair
-from scenarios.scoring.score import RIGHT
+from scenarios.scoring.row import Row, is_best_right
 
 WITHIN = Limits(timeout_s=60.0)
 HEADS = ("pair", "answer", "error, cells", "turn, deg", "scale, %", "confidence", "seconds")
@@ -31,7 +32,7 @@ class Asked:
     """An easy pair, a method's answer to it, and the answer as a row that is scored."""
 
     pair: MapPair
-    answer: Answer
+    answer: TimedAnswer
     row: Row
 
     @property
@@ -42,7 +43,7 @@ class Asked:
     @property
     def is_right(self) -> bool:
         """Whether the best candidate is right, whatever the verdict."""
-        return bool(self.row["grades"]) and self.row["grades"][0] in RIGHT
+        return is_best_right(self.row)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,14 +87,14 @@ def check_method(
 
 
 def _ask(pair: MapPair, contender: Contender, seed: int) -> Asked:
-    answer = answer_within(pair, contender, seed=seed, limits=WITHIN)
-    return Asked(pair=pair, answer=answer, row=row_of(pair, contender, answer))
+    answer = ask_within(pair, contender, seed=seed, limits=WITHIN)
+    return Asked(pair=pair, answer=answer, row=score_answer(pair, contender, answer))
 
 
 def _content(asked: Asked) -> str:
     """Return what two answers with the same seed must share."""
-    keys = ("outcome", "verdict", "confidence", "candidates")
-    return to_json({key: asked.row[key] for key in keys})
+    row = asked.row
+    return to_json([row["outcome"], row["verdict"], row["confidence"], row["candidates"]])
 
 
 def _complaints(answers: Sequence[Asked]) -> list[str]:
@@ -116,11 +117,11 @@ def _about_failures(answers: Sequence[Asked]) -> list[str]:
 
 
 def _about_placements(answers: Sequence[Asked]) -> list[str]:
-    placed = [asked for asked in answers if asked.row["candidates"]]
-    mistake = name_mistake([(asked.pair, np.array(asked.row["candidates"][0])) for asked in placed])
+    placed = [(asked, np.array(candidates[0])) for asked in answers if (candidates := asked.row["candidates"])]
+    mistake = name_mistake([(asked.pair, matrix) for asked, matrix in placed])
     if mistake is not None:
         return [f"{mistake.advice} ({mistake.name})"]
-    off = [asked.pair.pair_id for asked in placed if not asked.is_right]
+    off = [asked.pair.pair_id for asked, _ in placed if not asked.is_right]
     if not off:
         return []
     return [f"its best placement is wrong on {_listed(off)}, by no mistake that is known here"]
@@ -173,11 +174,12 @@ def _listed(pairs: Sequence[str]) -> str:
 def _cells(asked: Asked) -> list[str]:
     """Lay out the line of one pair."""
     row = asked.row
-    verdict = row["verdict"] or row["outcome"]
+    verdict: str = row["verdict"] or row["outcome"]
     if row["candidates"]:
         verdict += ", right" if asked.is_right else ", wrong"
-    errors: dict[str, Any] = row["errors"] or {}
-    told = [f"{errors[key]:.2f}" if errors else "-" for key in ("e_px", "rotation_deg", "scale_pct")]
+    errors = row["errors"]
+    values = [errors["e_px"], errors["rotation_deg"], errors["scale_pct"]] if errors else []
+    told = [f"{value:.2f}" for value in values] or ["-"] * 3
     confidence = row["confidence"]
     sure = "-" if confidence is None or math.isnan(confidence) else f"{confidence:.2f}"
     return [asked.pair.pair_id, verdict, *told, sure, f"{row['seconds']['wall']:.2f}" if row["seconds"] else "-"]

@@ -9,9 +9,9 @@ from typing import Any
 
 from rectmerge.methods import DEFAULT_METHOD
 from scenarios.bench import run as bench
+from scenarios.bench.contenders import Contender, make_contenders
 from scenarios.bench.entrants import EVERYBODY, contenders
 from scenarios.bench.external_program import Program, labelled
-from scenarios.bench.rows import Contender, contenders_of
 from scenarios.dataset.reader import dataset_name, is_dataset, open_dataset
 from scenarios.pairs.pair import PairSource
 from scenarios.suites.suite import load_suite, suite_names
@@ -57,7 +57,7 @@ def contest_of(
         Methods, or labels of the suite or the leaderboard, "everybody" for all of the latter; where neither these nor
         commands are given, the suite's own contenders.
     settings
-        Fields of methods, as in `contenders_of`.
+        Fields of methods, as in `make_contenders`.
     commands
         Command lines of programs, as in `Program`.
     knows_scale
@@ -76,11 +76,13 @@ def contest_of(
     # `make demo` leaves a folder `demo`, which must not hide the suite of that name
     if is_dataset(target) or (Path(target).is_dir() and target not in suite_names()):
         pairs = open_dataset(target)
-        named = contenders_of(methods or default, contenders(), settings, knows_scale=knows_scale)
+        named = make_contenders(methods or default, contenders(), settings, knows_scale=knows_scale)
         return Contest(dataset_name(target), pairs, named + others, {"dataset": str(Path(target).resolve())})
     suite = load_suite(target)
     own = [] if others else [entry.label for entry in suite.methods]
-    named = contenders_of(methods or own or default, [*contenders(), *suite.methods], settings, knows_scale=knows_scale)
+    named = make_contenders(
+        methods or own or default, [*contenders(), *suite.methods], settings, knows_scale=knows_scale
+    )
     about = {"title": suite.title, "scenarios": [asdict(scenario) for scenario in suite.scenarios]}
     card = {"title": suite.title, "description": suite.description}
     return Contest(suite.name, suite.sources(), named + others, about, card)

@@ -8,14 +8,15 @@ from array import array
 from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.results.folder import plain
-from scenarios.bench.rows import Row
 from scenarios.execution.journal import Journal
+from scenarios.scoring.row import Row
 
 RECORD, MACHINE, RESULTS, SUMMARY = "run.toml", "machine.json", "results.jsonl", "summary.json"
 TOLD_APART_BY = ("suite", "seed", "methods", "pairs")  # keys of the record, for people
@@ -107,7 +108,7 @@ def rows_in(path: Path) -> Iterator[Row]:
                 raise InputError(f"{path}:{number}: not JSON: {error}") from error
             if not isinstance(row, dict):
                 raise InputError(f"{path}:{number}: not a row of a run")
-            yield row
+            yield cast(Row, row)
 
 
 def _clear(folder: Path, journal: Journal) -> None:

@@ -13,10 +13,10 @@ from rectmerge.alignment import Method
 from rectmerge.errors import InputError
 from rectmerge.io.image_file import replace_file
 from rectmerge.results.folder import plain
+from scenarios.bench.contenders import Contender
 from scenarios.bench.resume import MACHINE, RECORD, RESULTS, SUMMARY, Results, results_in, rows_in
-from scenarios.bench.rows import Contender, Row
-from scenarios.bench.tasks import run_id, task_ids
-from scenarios.bench.work import Done, Terms, Work, do, failed
+from scenarios.bench.task_ids import run_id, task_ids
+from scenarios.bench.tasks import RunSettings, Task, TaskResult, failed_task, run_task
 from scenarios.dataset.generate import SCHEMA
 from scenarios.dataset.writer import DataSetWriter, finished_info
 from scenarios.execution.attempt import Attempt
@@ -24,6 +24,7 @@ from scenarios.execution.executors import IN_FLIGHT, WorkerDiedError, completed,
 from scenarios.execution.files import write_json
 from scenarios.execution.limits import Limits
 from scenarios.pairs.pair import PairSource
+from scenarios.scoring.row import Row
 from scenarios.scoring.score import Outcome
 from scenarios.scoring.summary import APART, summarise
 
@@ -103,7 +104,7 @@ def run(
     ]
     settings = {"run_id": this_run, "suite": suite, "seed": seed, **dataclasses.asdict(limits), "pairs": pairs}
     record = _toml({**settings, **(about or {}), "methods": methods})
-    terms = Terms(contenders=contenders, suite=suite, seed=seed, limits=limits)
+    shared = RunSettings(contenders=contenders, suite=suite, seed=seed, limits=limits)
     with results_in(out, record, force=force) as results:
         on_start(results.count)
         unkept = dataset is not None and (force or not finished_info(results.folder / DATASET))
@@ -114,7 +115,7 @@ def run(
             identity = {"schema": SCHEMA, "suite": suite, "seed": 0, "pairs": None, "run_id": this_run}
             kept = DataSetWriter(results.folder / DATASET, identity, force=force) if unkept else nullcontext()
             with kept as writer:
-                for done in _as_they_come(executor, _left(results, sources, terms, writer), in_flight):
+                for done in _as_they_come(executor, _due(results, sources, shared, writer), in_flight):
                     if writer and done.package and done.package.source_id not in writer.done:
                         writer.write(done.package)
                     results.add(done.rows)
@@ -140,27 +141,27 @@ def read_rows(folder: str | Path) -> list[Row]:
     return list(rows_in(Path(folder) / RESULTS))
 
 
-def _left(
-    results: Results, sources: Sequence[PairSource], terms: Terms, writer: DataSetWriter | None
-) -> Iterator[Work]:
-    """Give the work that has no rows yet, or whose pairs are not kept yet."""
+def _due(
+    results: Results, sources: Sequence[PairSource], settings: RunSettings, writer: DataSetWriter | None
+) -> Iterator[Task]:
+    """Yield the tasks that have no rows yet, or whose pairs are not kept yet."""
     first = 0
     for source in sources:
-        ids = task_ids(source, terms.contenders, seed=terms.seed)
-        tasks = {task: task_id for task, task_id in ids.items() if not results.holds(task_id)}
-        if tasks or (writer and source.source_id not in writer.done):
-            yield Work(source=source, tasks=tasks, terms=terms, first=first if writer else None)
+        ids = task_ids(source, settings.contenders, seed=settings.seed)
+        due = {key: task_id for key, task_id in ids.items() if not results.holds(task_id)}
+        if due or (writer and source.source_id not in writer.done):
+            yield Task(source=source, due=due, settings=settings, first=first if writer else None)
         first += len(source.pair_ids)
 
 
-def _as_they_come(executor: Executor | None, works: Iterator[Work], in_flight: int) -> Iterator[Done]:
-    for work, future in completed(executor, do, works, in_flight=in_flight):
+def _as_they_come(executor: Executor | None, tasks: Iterator[Task], in_flight: int) -> Iterator[TaskResult]:
+    for task, future in completed(executor, run_task, tasks, in_flight=in_flight):
         try:
             yield future.result()
         except WorkerDiedError as death:
             outcome: Outcome = "out-of-memory" if death.out_of_memory else "error"
             failure: Attempt[Any] = Attempt(failure=outcome, reason=str(death))
-            yield failed(work, failure)
+            yield failed_task(task, failure)
 
 
 def _summary(suite: str, contenders: Sequence[Contender], path: Path) -> dict[str, Any]:

@@ -1,75 +1,124 @@
-"""What a task is: its id is a hash of all that determines its row, apart from the code and the limits."""
+"""The task of a run: a source's pairs, made and put to the contenders, and the rows that come of it."""
 
 from __future__ import annotations
 
-import dataclasses
-import hashlib
-import json
-from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
+from scenarios.bench.asking import ask_within
+from scenarios.bench.contenders import Contender
+from scenarios.bench.rows import score_answer
+from scenarios.bench.task_ids import TaskKey
+from scenarios.dataset.packing import Package, lost, make_within
+from scenarios.execution.attempt import Attempt, attempt
+from scenarios.execution.limits import MAKING, Limits
+from scenarios.pairs.pair import MapPair, PairSource
+from scenarios.scoring.row import Row, empty_row
+from scenarios.scoring.score import stratum_of
 
-from scenarios.bench.rows import Contender, Task
-from scenarios.dataset.reader import RowSource
-from scenarios.pairs.pair import PairSource
 
-ID_DIGITS = 16  # of the hash, hexadecimal: two of two million tasks share an id with probability 1e-7
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSettings:
+    """Settings that all tasks of a run share.
 
-
-def task_ids(source: PairSource, contenders: Sequence[Contender], *, seed: int) -> dict[Task, str]:
-    """Return the id of each of a source's tasks.
-
-    A task is determined by what defines the source (for a suite the scenario as it was resolved and its seed, for a
-    row of a data set the row and the sizes of its files), the pair, the contender's label, method and fields, and the
-    seed of its answer.
+    Parameters
+    ----------
+    contenders
+        Methods under different labels.
+    suite
+        Name of the suite or the data set.
+    seed
+        Seed of every answer.
+    limits
+        Limits of one answer.
+    making
+        Limits of one mission and its pairs.
     """
-    defined = definition(source)
-    methods = {one.label: definition(one) for one in contenders}
-    return {
-        (pair_id, label): _hashed([defined, pair_id, method, seed])[:ID_DIGITS]
-        for pair_id in source.pair_ids
-        for label, method in methods.items()
-    }
+
+    contenders: Sequence[Contender]
+    suite: str
+    seed: int = 0
+    limits: Limits = field(default_factory=Limits)
+    making: Limits = MAKING
 
 
-def run_id(sources: Iterable[PairSource], contenders: Sequence[Contender], *, suite: str, seed: int) -> tuple[str, int]:
-    """Return the id of a run, which stands for all of its tasks in their order, and how many pairs it has."""
-    whole = hashlib.sha256(_hashed([suite, seed, [definition(one) for one in contenders]]).encode())
-    pairs = 0
-    for source in sources:
-        whole.update(definition(source).encode())
-        pairs += len(source.pair_ids)
-    return whole.hexdigest()[:ID_DIGITS], pairs
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """A source, and which of its pairs and contenders are due.
+
+    Parameters
+    ----------
+    source
+        The source of the pairs.
+    due
+        The id of each row that is due; other rows are left alone.
+    settings
+        Settings of the run.
+    first
+        The number of the source's first pair in the run's data set; None where pairs are not kept.
+    """
+
+    source: PairSource
+    due: Mapping[TaskKey, str]
+    settings: RunSettings
+    first: int | None = None
 
 
-def definition(value: object) -> str:
-    """Return a hash of an object's content: the same in every process and wherever its files lie."""
-    return _hashed(_content(value))
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskResult:
+    """Rows of a task, and its pairs where they are kept in a data set."""
+
+    rows: list[Row]
+    package: Package | None = None
 
 
-def _hashed(content: Any) -> str:
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+def run_task(task: Task) -> TaskResult:
+    """Make the pairs of a source; put every contender to each of them, and score the answers.
+
+    A pair that cannot be made or kept is an error row of every contender: it stays in the denominator.
+    """
+    made = make_within(task.settings.making, task.source, task.first)
+    rows: dict[TaskKey, Row] = {}
+    for pair in made.pairs:
+        for contender in task.settings.contenders:
+            if (key := (pair.pair_id, contender.label)) in task.due:
+                rows[key] = _answer_row(task, pair, contender)
+    for key in [key for key in task.due if key not in rows]:
+        reason = made.package.failed.get(key[0], "")
+        rows[key] = _failed_row(task, key, Attempt(failure=made.failure, reason=reason, log=made.log))
+    return TaskResult(rows=list(rows.values()), package=None if task.first is None else made.package)
 
 
-def _content(value: Any) -> Any:
-    if value is None or isinstance(value, str | int | float):
-        return value
-    if isinstance(value, np.ndarray):
-        return [value.shape, value.dtype.str, hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()]
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, Mapping):
-        return {str(key): _content(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_content(inner) for inner in value]
-    if isinstance(value, Path):
-        return None  # a data set may be moved; what it holds is told by its rows
-    if isinstance(value, RowSource):
-        row = value.row()
-        return [_content(row), *((row.folder / name).stat().st_size for name in (row.map_a, row.map_b))]
-    if dataclasses.is_dataclass(value):
-        fields = {field.name: _content(getattr(value, field.name)) for field in dataclasses.fields(value)}
-        return [type(value).__qualname__, fields]
-    return [type(value).__qualname__, {key: _content(inner) for key, inner in sorted(vars(value).items())}]
+def failed_task(task: Task, failure: Attempt[Any]) -> TaskResult:
+    """Return the error rows of a task none of whose pairs could be made."""
+    package = None if task.first is None else lost(task.source, failure).package
+    return TaskResult(rows=[_failed_row(task, key, failure) for key in task.due], package=package)
+
+
+def _answer_row(task: Task, pair: MapPair, contender: Contender) -> Row:
+    """Put a contender to a pair; an answer that cannot be scored is an error row."""
+    key = (pair.pair_id, contender.label)
+    answer = ask_within(pair, contender, seed=task.settings.seed, limits=task.settings.limits)
+    scored = attempt(functools.partial(score_answer, pair, contender, answer))
+    row = scored.value or _failed_row(task, key, scored)
+    return {**row, "task_id": task.due[key]}
+
+
+def _failed_row(task: Task, key: TaskKey, failure: Attempt[Any]) -> Row:
+    """Return a row without an answer, in the stratum that its pair was meant for."""
+    pair_id, label = key
+    related = task.source.is_related(pair_id)
+    return empty_row(
+        task_id=task.due[key],
+        pair_id=pair_id,
+        suite=task.settings.suite,
+        place=task.source.source_id,
+        method=label,
+        related=related,
+        stratum=stratum_of(related, None),
+        outcome=failure.failure or "error",
+        reason=f"the pair could not be made or scored: {failure.reason}",
+        log=failure.log,
+    )

@@ -11,7 +11,7 @@ import typer
 from rectmerge.cli import console
 from rectmerge.cli.console import Debug, Quiet
 from rectmerge.extras import SIMULATOR, require_extras
-from scenarios.execution.terminal import progress, told_of_earlier_rows, told_of_rows
+from scenarios.execution.terminal import progress, resume_callback, row_callback
 
 
 def tune(
@@ -37,8 +37,8 @@ def tune(
     import tomli_w
 
     from scenarios.bench import run as bench
+    from scenarios.bench.contenders import make_contenders
     from scenarios.bench.entrants import entrants_named
-    from scenarios.bench.rows import contenders_of
     from scenarios.dataset.reader import dataset_name, open_dataset
     from scenarios.execution.executors import workplace
     from scenarios.leaderboard.tuning import as_table, tuned_contender
@@ -46,7 +46,7 @@ def tune(
     sources = open_dataset(dataset, split="train")[::every]
     ways = [(one, one.configurations(budget)) for one in entrants_named(method or [])]
     entries = [way for _, configurations in ways for way in configurations]
-    contenders = contenders_of([entry.label for entry in entries], entries)
+    contenders = make_contenders([entry.label for entry in entries], entries)
     total = len(sources) * len(contenders)
     with progress(total, quiet) as advance, workplace(workers, None) as (executor, in_flight):
         bench.run(
@@ -57,8 +57,8 @@ def tune(
             executor=executor,
             in_flight=in_flight,
             force=force,
-            on_start=told_of_earlier_rows(advance, total, quiet),
-            on_rows=told_of_rows(advance),
+            on_start=resume_callback(advance, total, quiet),
+            on_rows=row_callback(advance),
         )
     rows = bench.read_rows(output)
     table = as_table([tuned_contender(one, configurations, rows) for one, configurations in ways])
@@ -128,8 +128,8 @@ def leaderboard(
                     executor=executor,
                     in_flight=in_flight,
                     command=f"rectbench leaderboard, {stage.run_name}",
-                    on_start=told_of_earlier_rows(advance, contest.tasks, quiet),
-                    on_rows=told_of_rows(advance),
+                    on_start=resume_callback(advance, contest.tasks, quiet),
+                    on_rows=row_callback(advance),
                 )
         folders.append(folder)
     replace_file(output / "README.md", page(Runs.read(folders)).encode())

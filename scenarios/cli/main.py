@@ -19,7 +19,7 @@ from scenarios.cli import dataset as datasetcommands
 from scenarios.cli import leaderboard as leaderboardcommands
 from scenarios.cli import pictures as picturecommands
 from scenarios.cli import trust as trustcommands
-from scenarios.execution.terminal import progress, summary_table, table, told_of_earlier_rows, told_of_rows
+from scenarios.execution.terminal import progress, resume_callback, row_callback, summary_table, table
 
 app = typer.Typer(
     help="Benchmark map merging on simulated and real pairs with known truth.",
@@ -98,8 +98,8 @@ def run(
                 output,
                 executor=executor,
                 in_flight=in_flight,
-                on_start=told_of_earlier_rows(advance, contest.tasks, quiet),
-                on_rows=told_of_rows(advance),
+                on_start=resume_callback(advance, contest.tasks, quiet),
+                on_rows=row_callback(advance),
                 **options,
             )
     except KeyboardInterrupt:
@@ -204,7 +204,7 @@ def results(
     require_extras(*SIMULATOR, "tomli_w")
     plan = Plan.of(maps)
     with progress(plan.rows, quiet) as advance:
-        write_results(plan, output, force=force, on_rows=told_of_rows(advance))
+        write_results(plan, output, force=force, on_rows=row_callback(advance))
     typer.echo(f"written: {output}")
 
 

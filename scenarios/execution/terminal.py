@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rectmerge.cli import console
 
 if TYPE_CHECKING:
-    from scenarios.bench.rows import Row
+    from scenarios.scoring.row import Row
 
 SPEED_OVER_S = 600.0  # a mission takes its time: what is left is guessed from the last minutes
 
@@ -62,7 +62,7 @@ def progress(total: int, quiet: bool) -> Iterator[Advance]:
         yield advance
 
 
-def told_of_earlier_rows(advance: Advance, total: int, quiet: bool) -> Callable[[int], None]:
+def resume_callback(advance: Advance, total: int, quiet: bool) -> Callable[[int], None]:
     """Return what tells of the rows that a folder holds already."""
 
     def on_start(done: int) -> None:
@@ -75,7 +75,7 @@ def told_of_earlier_rows(advance: Advance, total: int, quiet: bool) -> Callable[
     return on_start
 
 
-def told_of_rows(advance: Advance) -> Callable[[Sequence[Row]], None]:
+def row_callback(advance: Advance) -> Callable[[Sequence[Row]], None]:
     """Return what counts rows, and those of them that are right, into a progress."""
     right = 0
 

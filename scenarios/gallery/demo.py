@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,10 +20,13 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.io.image_file import encode_image, replace_file
 from rectmerge.paper.rmap import rmap
 from rectmerge.rectangles import Rectangle
-from scenarios.bench.rows import Answer, Row, answer, contenders_of, row_of
+from scenarios.bench.asking import TimedAnswer, ask
+from scenarios.bench.contenders import make_contenders
+from scenarios.bench.rows import score_answer
 from scenarios.dataset.export import MISSION_FILES, write_mission
 from scenarios.execution.files import cleared_folder, write_json
 from scenarios.pairs.pair import MapPair
+from scenarios.scoring.row import Row
 from scenarios.suites.suite import load_suite
 from sim.bullet import physics
 from sim.missions.mission import MissionLog
@@ -83,7 +87,7 @@ def run_demo(out: str | Path, *, suite: str = "demo", force: bool = False, say: 
         If the mission fails.
     """
     plan = load_suite(suite)
-    source, contenders, seconds = plan.sources()[0], contenders_of([e.label for e in plan.methods], plan.methods), {}
+    source, contenders, seconds = plan.sources()[0], make_contenders([e.label for e in plan.methods], plan.methods), {}
     folder = cleared_folder(out, OWN_FILES, force=force)
     started = time.perf_counter()
 
@@ -98,8 +102,8 @@ def run_demo(out: str | Path, *, suite: str = "demo", force: bool = False, say: 
     stage("mission", f"{_explored(log)}; building their maps ...")
     pair = next(source.pairs_of(log))
     stage("maps", f"A {_size(pair.a)}, B {_size(pair.b)}, overlap {_percent(pair.overlap)}; merging ...")
-    answers = {one.label: answer(pair, one) for one in contenders}
-    rows = [row_of(pair, one, answers[one.label]) for one in contenders]
+    answers = {one.label: ask(pair, one) for one in contenders}
+    rows = [score_answer(pair, one, answers[one.label]) for one in contenders]
     stage("merging", "drawing ...")
     pictures = _write_pictures(folder, _draw(log, pair, answers, rows))
     write_mission(folder / MISSION, log, pair)
@@ -133,7 +137,7 @@ def verdict_in_words(row: Row) -> str:
     return known.get(row["outcome"], str(row["outcome"]))
 
 
-def _draw(log: MissionLog, pair: MapPair, answers: dict[str, Answer], rows: Sequence[Row]) -> dict[str, Picture]:
+def _draw(log: MissionLog, pair: MapPair, answers: dict[str, TimedAnswer], rows: Sequence[Row]) -> dict[str, Picture]:
     """Draw everything, by file name, the combined picture first."""
     if pair.pixels is None:
         raise SimulationError("the two robots saw too little in common for a truth to draw")
@@ -199,7 +203,7 @@ def _percent(share: float | None) -> str:
 
 
 def _cells(row: Row) -> list[str]:
-    errors, seconds = row["errors"], row["seconds"]["wall"]
+    errors, seconds = row["errors"], row["seconds"]["wall"] if row["seconds"] else math.nan
     figures = ["-"] * 4
     if errors:
         metres = "-" if errors["e_m"] is None else f"{errors['e_m']:.3f}"

@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from itertools import combinations, pairwise
 
-from scenarios.bench.rows import Row
 from scenarios.report.reading import Contest
 from scenarios.report.standings import rate_of
+from scenarios.scoring.row import Row
 from scenarios.scoring.statistics import Rate
 
 OVERLAPS = (0.15, 0.3, 0.5, 0.7, 1.0001)
@@ -43,7 +43,7 @@ def matched_overlap(contests: Sequence[Contest]) -> Mapping[str, list[Rate]]:
     """Return each method's successes in bins of true overlap, `OVERLAPS`."""
     return {
         label: [
-            rate_of([row for row in rows if low <= row["overlap"] < high], "right-accepted")
+            rate_of([row for row in rows if (o := row["overlap"]) is not None and low <= o < high], "right-accepted")
             for low, high in pairwise(OVERLAPS)
         ]
         for label, rows in _required(contests).items()

@@ -15,8 +15,7 @@ import numpy as np
 
 from rectmerge.errors import InputError
 from scenarios.bench.entrants import Entrant
-from scenarios.bench.rows import Row
-from scenarios.scoring.score import RIGHT
+from scenarios.scoring.row import Row, is_best_right
 from scenarios.suites.suite import Contender
 
 SCORE, THRESHOLD = "score", "accept_at"  # in a candidate's evidence; the field of the method
@@ -41,11 +40,14 @@ def best_threshold(rows: Sequence[Row]) -> Threshold | None:
     >>> best_threshold([answer(0.9, "right"), answer(0.7, "off"), answer(0.5, "fine"), answer(0.2, "off")])
     Threshold(accept_at=0.8, worth=1)
     """
-    told = [row for row in rows if row["evidence"] and SCORE in row["evidence"][0]]
-    if not told:
+    scored = [
+        (evidence[0][SCORE], is_best_right(row))
+        for row in rows
+        if (evidence := row["evidence"]) and SCORE in evidence[0]
+    ]
+    if not scored:
         return None
-    scores = np.array([row["evidence"][0][SCORE] for row in told])
-    is_right = np.array([bool(row["grades"]) and row["grades"][0] in RIGHT for row in told])
+    scores, is_right = np.array([score for score, _ in scored]), np.array([right for _, right in scored])
     levels = np.unique(scores)[::-1]
     edges = [*((levels[:-1] + levels[1:]) / 2).tolist(), float(levels[-1]) / 2]
     worth = [int((is_right & (scores >= edge)).sum() - (~is_right & (scores >= edge)).sum()) for edge in edges]

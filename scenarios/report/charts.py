@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.bench.rows import Row
 from scenarios.report.reading import Contest
 from scenarios.report.standings import Standing, confident, rate_of, risks
+from scenarios.scoring.row import Row
 
 INK = "#010203"  # stands for the page's text colour, which is put in its place
 # Okabe and Ito, "Color Universal Design", without black and yellow; a marker of its own for each line beside it

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from rectmerge.view.pictures import draw_pair
-from scenarios.bench.rows import Row
 from scenarios.report.reading import Contest, Runs
+from scenarios.scoring.row import Row
 
 SIDE = 256  # pixels of the pictures, at the most
 WORST = ("wrong-accepted", "error", "timeout", "out-of-memory", "rejected", "ambiguous-without-truth")
@@ -45,7 +45,7 @@ def _badness(row: Row) -> tuple[float, ...]:
 
 
 def _answer(contest: Contest, row: Row) -> dict[str, Any]:
-    errors = row["errors"] or {}
+    errors = row["errors"]
     return {
         "pair": row["pair_id"],
         "suite": contest.name,
@@ -53,8 +53,8 @@ def _answer(contest: Contest, row: Row) -> dict[str, Any]:
         "outcome": row["outcome"],
         "matrix": _rounded(np.ravel(row["candidates"][0])) if row["candidates"] else None,
         "confidence": row["confidence"],
-        "e": errors.get("e_px"),
-        "eL": errors.get("e_over_l"),
+        "e": errors and errors["e_px"],
+        "eL": errors and errors["e_over_l"],
         "reason": row["reason"] or "",
     }
 

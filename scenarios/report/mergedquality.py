@@ -15,8 +15,8 @@ from rectmerge.composing.resampling import resample
 from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.io.map_file import read_map
 from rectmerge.similarity import Similarity
-from scenarios.bench.rows import Row
 from scenarios.dataset.reader import RowSource
+from scenarios.scoring.row import Row
 
 TRUTH = "the truth"  # the line of maps merged as they truly lie
 Mask = NDArray[np.bool_]
@@ -61,8 +61,8 @@ def qualities(rows: Mapping[str, Sequence[Row]], maps: Mapping[str, RowSource]) 
                 continue
             if row["pair_id"] not in scenes:
                 scenes[row["pair_id"]] = Scene.of(maps[row["pair_id"]])
-            if scene := scenes[row["pair_id"]]:
-                found.setdefault(label, []).append(scene.quality(Similarity.from_matrix(row["candidates"][0])))
+            if (scene := scenes[row["pair_id"]]) and (candidates := row["candidates"]):
+                found.setdefault(label, []).append(scene.quality(Similarity.from_matrix(candidates[0])))
     truths = [scene.quality(scene.truth) for scene in scenes.values() if scene]
     return {TRUTH: truths, **found} if truths else {}
 

@@ -11,9 +11,9 @@ from typing import Any
 
 from rectmerge.errors import InputError
 from scenarios.bench.resume import MACHINE, RECORD
-from scenarios.bench.rows import Row
 from scenarios.bench.run import DATASET, read_rows
 from scenarios.dataset.reader import RowSource, is_dataset, open_dataset
+from scenarios.scoring.row import Row
 
 TRACKS = {False: "unknown scale", True: "known scale"}
 

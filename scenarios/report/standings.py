@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.bench.rows import Row
 from scenarios.report.reading import Contest
+from scenarios.scoring.row import Row
 from scenarios.scoring.statistics import Rate, clustered_rate
 from scenarios.studies.accuracy import count, is_right, median_error_px
 from scenarios.studies.trust import answered, calibration_error

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Literal, TypedDict, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,6 +35,17 @@ REQUIRED_FROM = 0.15
 CANDIDATES_HEARD = 5  # an ambiguous answer may hold the truth among its first five
 
 
+class ErrorValues(TypedDict):
+    """Errors as plain data for JSON."""
+
+    e_px: float
+    e_over_l: float
+    e_m: float | None
+    rotation_deg: float
+    scale_pct: float
+    reflected: bool
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Errors:
     """How far an answer is from the truth.
@@ -60,9 +71,9 @@ class Errors:
     scale_pct: float
     reflected: bool
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> ErrorValues:
         """Return plain data for JSON."""
-        return asdict(self)
+        return cast(ErrorValues, asdict(self))
 
 
 def measure_errors(found: Similarity | ArrayLike, pair: MapPair) -> Errors:

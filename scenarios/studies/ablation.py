@@ -20,8 +20,11 @@ from rectmerge.robust import features, hypotheses, method, search, verdict
 from rectmerge.robust.refinement import Fit, fit_surfaces
 from rectmerge.robust.search import Search
 from rectmerge.robust.wall_agreement import WallAgreement
-from scenarios.bench.rows import Contender, Row, answer, row_of
+from scenarios.bench.asking import ask
+from scenarios.bench.contenders import Contender
+from scenarios.bench.rows import score_answer
 from scenarios.pairs.pair import MapPair
+from scenarios.scoring.row import Row
 
 Patch = tuple[ModuleType | type, str, Any]
 
@@ -62,7 +65,7 @@ def ablated_rows(ablation: Ablation, pairs: Sequence[MapPair]) -> Iterator[Row]:
     """Put the changed method to every pair."""
     with ablation.applied() as contender:
         for pair in pairs:
-            yield row_of(pair, contender, answer(pair, contender))
+            yield score_answer(pair, contender, ask(pair, contender))
 
 
 def _no_two_sided_pairs(*arguments: Any) -> int:

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.bench.rows import Row
 from scenarios.dataset.reader import RowSource, open_dataset
 from scenarios.pairs.disguise import DisguisedSource
 from scenarios.pairs.pair import PairSource
-from scenarios.scoring.score import RIGHT
+from scenarios.scoring.row import Row, is_best_right
 from scenarios.suites.suite import load_suite
 
 DISGUISES = 3  # turns and rescales of every unrelated pair of the hand-held maps
@@ -90,7 +89,7 @@ def count(rows: Sequence[Row]) -> Counter[str]:
 
 def is_right(row: Row) -> bool:
     """Say whether the best candidate is right by DESIGN's rule; nothing is right of an unrelated pair."""
-    return row["stratum"] != "unrelated" and bool(row["grades"]) and row["grades"][0] in RIGHT
+    return row["stratum"] != "unrelated" and is_best_right(row)
 
 
 def median_error_px(rows: Sequence[Row]) -> float | None:

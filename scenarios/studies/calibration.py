@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError
 from rectmerge.robust import confidence_model as model
 from rectmerge.robust.wall_agreement import WallAgreement
-from scenarios.bench.rows import Row
+from scenarios.scoring.row import Row
 from scenarios.scoring.score import RIGHT
 
 STEPS, RATE = 3000, 0.02
@@ -62,19 +62,18 @@ class Answers:
         InputError
             If the rows tell no evidence.
         """
-        told = [row for row in rows if row.get("evidence")]
+        told = [(row, evidence) for row in rows if (evidence := row.get("evidence"))]
         if not told:
             raise InputError("the rows tell no evidence: run the method robust, with --set robust.candidates=20")
-        most = max(len(row["evidence"]) for row in told)
+        most = max(len(evidence) for _, evidence in told)
         terms = np.zeros((len(told), most, len(model.RIGID_TERMS)))
         is_there, is_right = np.zeros((2, len(told), most), np.bool_)
-        for i, row in enumerate(told):
-            found = row["evidence"]
+        for i, (row, found) in enumerate(told):
             terms[i, : len(found)] = terms_of(found)
             grades = row["grades"] or ["off"] * len(found)
             is_there[i, : len(found)] = [g != "coarse" for g in grades]
             is_right[i, : len(found)] = [g in RIGHT for g in grades]
-        is_bent = np.array([(row["residual_px"] or 0.0) > BENT_FROM * (row["extent_px"] or 1.0) for row in told])
+        is_bent = np.array([(row["residual_px"] or 0.0) > BENT_FROM * (row["extent_px"] or 1.0) for row, _ in told])
         return cls(terms, is_there, is_right, is_bent)
 
 

@@ -12,12 +12,13 @@ from rectmerge.errors import InputError
 from rectmerge.io.image_file import replace_file
 from rectmerge.methods import make_method
 from scenarios.bench import run as bench
+from scenarios.bench.contenders import Contender
 from scenarios.bench.resume import SUMMARY
-from scenarios.bench.rows import Contender, Row
 from scenarios.dataset.reader import RowSource
 from scenarios.execution.executors import describe_machine
 from scenarios.execution.files import write_json
 from scenarios.pairs.pair import PairSource
+from scenarios.scoring.row import Row
 from scenarios.studies.ablation import ABLATIONS, ablated_rows
 from scenarios.studies.accuracy import baseline_of, real_tasks, simulated_tasks
 from scenarios.studies.default_method_page import page

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.bench.rows import Row
+from scenarios.scoring.row import Row
 from scenarios.scoring.statistics import clustered_rate
 from scenarios.studies.accuracy import count, grouped, is_right, median_error_px
 from scenarios.studies.headline import markdown

@@ -15,8 +15,8 @@ import numpy as np
 
 from rectmerge.errors import InputError
 from rectmerge.io.image_file import replace_file
-from scenarios.bench.rows import Row
 from scenarios.bench.run import read_rows
+from scenarios.scoring.row import Row
 from scenarios.scoring.statistics import clustered_rate
 
 SUITE = "headline"

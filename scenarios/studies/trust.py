@@ -5,15 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.io.image_file import replace_file
-from scenarios.bench.rows import Row
 from scenarios.bench.run import read_rows
+from scenarios.scoring.row import Row
 from scenarios.scoring.statistics import clustered_rate
 from scenarios.studies.accuracy import is_right
 from scenarios.studies.headline import markdown
@@ -21,7 +21,7 @@ from scenarios.studies.headline import markdown
 METHOD, MACHINE = "robust", "machine.json"
 BINS = 10  # of equal count, for the calibration error
 IDENTIFIABLE = {"True": "yes", "False": "no"}
-EXACT = (
+EXACT: tuple[tuple[str, Literal["e_px", "rotation_deg", "scale_pct"], bool], ...] = (
     ("e, cells of the coarser map", "e_px", True),
     ("rotation, degrees", "rotation_deg", False),
     ("scale, %", "scale_pct", False),
@@ -86,7 +86,7 @@ def exactness_table(rows: Sequence[Row]) -> str:
     ]
     cells = []
     for name, key, coarser in EXACT:
-        values = [row["errors"][key] / (_coarseness(row) if coarser else 1.0) for row in rigid]
+        values = [errors[key] / (_coarseness(row) if coarser else 1.0) for row in rigid if (errors := row["errors"])]
         cells.append(
             (name, str(len(values)), *(f"{np.quantile(values, q):.3f}" if values else "-" for q in (0.5, 0.9)))
         )

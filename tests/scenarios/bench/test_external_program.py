@@ -6,8 +6,10 @@ import pytest
 
 from rectmerge.errors import InputError
 from rectmerge.io.map_file import read_map
+from scenarios.bench.asking import ask_within
+from scenarios.bench.contenders import Contender
 from scenarios.bench.external_program import Program, ProgramError, labelled
-from scenarios.bench.rows import Contender, answer_within, row_of
+from scenarios.bench.rows import score_answer
 from scenarios.execution.limits import Limits
 from tests.scenarios.made import pair
 
@@ -26,7 +28,7 @@ def program(tmp_path):
 
 def row(method, limits=None, **changes):
     the_pair, one = pair(**changes), Contender(label="mine", method=method)
-    return row_of(the_pair, one, answer_within(the_pair, one, limits=limits or Limits(timeout_s=30)))
+    return score_answer(the_pair, one, ask_within(the_pair, one, limits=limits or Limits(timeout_s=30)))
 
 
 def test_a_printed_matrix_is_an_accepted_answer(program):

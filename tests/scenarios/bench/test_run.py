@@ -8,8 +8,10 @@ import pytest
 from rectmerge.errors import InputError
 from rectmerge.methods import align
 from rectmerge.similarity import Similarity
+from scenarios.bench.asking import ask
+from scenarios.bench.contenders import Contender
 from scenarios.bench.resume import results_in
-from scenarios.bench.rows import Contender, answer, row_of
+from scenarios.bench.rows import score_answer
 from scenarios.bench.run import read_rows, run
 from scenarios.dataset.reader import open_dataset
 from scenarios.execution.limits import Limits
@@ -36,7 +38,7 @@ def timeless(folder):
 
 def row(method, the_pair=None):
     one, the_pair = contender(method), the_pair or pair()
-    return row_of(the_pair, one, answer(the_pair, one))
+    return score_answer(the_pair, one, ask(the_pair, one))
 
 
 def test_a_right_answer_is_a_full_row():
@@ -70,7 +72,7 @@ class Telling(Fixed):
 def test_a_contender_that_knows_the_scale_is_told_it(knows_scale, changes, told):
     one, the_pair = Contender(label="one", method=Telling(), knows_scale=knows_scale), pair(**changes)
 
-    scored = row_of(the_pair, one, answer(the_pair, one))
+    scored = score_answer(the_pair, one, ask(the_pair, one))
 
     assert scored["reason"] == str(told)
     assert scored["knows_scale"] is knows_scale
@@ -105,7 +107,7 @@ def test_a_method_is_warmed_up_once_on_a_building_that_it_can_merge():
 
     the_pair, one = pair(), contender(Watching())
     for _ in range(2):
-        answer(the_pair, one)
+        ask(the_pair, one)
 
     assert [a is the_pair.a for a, _ in seen] == [False, True, True]
     assert align(*seen[0], method="paper")  # all that a method compiles lies behind a yes

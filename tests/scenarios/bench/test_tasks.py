@@ -1,83 +1,96 @@
-import subprocess
-import sys
-from dataclasses import replace
+"""Pairs made and answered: whatever happens becomes a row."""
 
 import pytest
 
-from scenarios.bench.rows import Contender
-from scenarios.bench.tasks import run_id, task_ids
-from scenarios.dataset.reader import open_dataset
-from scenarios.suites.suite import load_suite
-from tests.scenarios.dataset.test_reader import ROW, write
-from tests.scenarios.made import Fixed, Source
-
-ONE = Contender(label="one", method=Fixed())
-
-
-def ids(source=None, *, seed=0, contender=ONE):
-    return set(task_ids(source or Source(), [contender], seed=seed).values())
+from rectmerge.grid import OccupancyGrid
+from scenarios.bench.task_ids import task_ids
+from scenarios.bench.tasks import RunSettings, Task, failed_task, run_task
+from scenarios.execution.attempt import Attempt
+from scenarios.execution.limits import Limits
+from scenarios.scoring.summary import summarise
+from tests.scenarios.bench.test_run import contender, outcomes
+from tests.scenarios.made import Failing, Lost, Source, grid, pair
 
 
-def test_each_pair_and_contender_has_an_id_of_its_own():
-    found = task_ids(Source(), [ONE, Contender(label="two", method=Fixed())], seed=0)
+def rows_from(source, contenders, **settings):
+    due = task_ids(source, contenders, seed=0)
+    shared = RunSettings(suite="made", contenders=contenders, **settings)
+    return run_task(Task(source=source, due=due, settings=shared)).rows
 
-    assert len(found) == len(set(found.values())) == 4
+
+def test_a_pair_that_cannot_be_made_is_an_error_of_every_contender():
+    rows = rows_from(Source(fails=True), [contender(), contender(label="two")])
+
+    assert outcomes(rows) == [
+        ("m0-related", "one", "right-accepted"),
+        ("m0-related", "two", "right-accepted"),
+        ("m0-unrelated", "one", "error"),
+        ("m0-unrelated", "two", "error"),
+    ]
+    assert "the robot fell over" in rows[-1]["reason"]
+    assert rows[0].keys() == rows[-1].keys()
 
 
+def test_a_pair_that_cannot_be_scored_is_an_error():
+    class Unknown(Source):
+        def pairs(self):
+            yield pair("m0-related", a=OccupancyGrid(0 * grid().occupancy - 1))
+
+    rows = rows_from(Unknown(), [contender()])
+
+    assert [row["outcome"] for row in rows] == ["error", "error"]
+    assert "no known cell" in rows[0]["reason"]
+    assert "ended without it" in rows[1]["reason"]
+
+
+def test_a_pair_that_cannot_be_made_counts_where_it_was_meant_to():
+    due = task_ids(Source(), [contender()], seed=0)
+    task = Task(source=Source(fails=True), due=due, settings=RunSettings(suite="made", contenders=[contender()]))
+    lost = failed_task(task, Attempt(failure="error", reason="the worker died"))
+
+    for rows in (run_task(task).rows, lost.rows):
+        assert [(row["stratum"], row["related"]) for row in rows] == [("required", True), ("unrelated", False)]
+        assert summarise(rows)["one"]["unrelated"]["wrong_accepted"]["n"] == 1
+
+
+def test_only_the_tasks_that_are_asked_for_are_done():
+    contenders = [contender(), contender(label="two")]
+    settings = RunSettings(suite="made", contenders=contenders)
+
+    rows = run_task(Task(source=Source(), due={("m0-unrelated", "two"): "5"}, settings=settings)).rows
+
+    assert [(row["task_id"], *key) for row, key in zip(rows, outcomes(rows), strict=True)] == [
+        ("5", "m0-unrelated", "two", "wrong-accepted")
+    ]
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "changed",
+    ("method", "outcome", "reason"),
     [
-        {"source": Source(fails=True)},
-        {"source": Source(source_id="m1")},
-        {"seed": 1},
-        {"contender": Contender(label="one", method=Fixed(tx=5.0))},
-        {"contender": Contender(label="two", method=Fixed())},
+        (Failing(how="hang"), "timeout", "no answer within 0.3 s"),
+        (Failing(how="killed"), "out-of-memory", "was killed, most likely for want of memory, 3 times"),
+        (Failing(how="exit"), "error", "died with status 7, 3 times"),
+        (Failing(how="greedy"), "out-of-memory", "took more than 1000 MB"),
     ],
 )
-def test_what_determines_a_row_changes_its_id(changed):
-    assert not ids(**changed) & ids()
+def test_a_method_that_takes_its_process_along_costs_its_own_rows(method, outcome, reason):
+    contenders = [contender(method), contender(label="two")]
+
+    limits = Limits(timeout_s=0.3 if outcome == "timeout" else 30, memory_mb=1000)
+    rows = rows_from(Source(), contenders, limits=limits)
+
+    assert [row["outcome"] for row in rows] == [outcome, "right-accepted", outcome, "wrong-accepted"]
+    assert reason in rows[0]["reason"]
 
 
-def test_ids_are_the_same_in_another_process():
-    code = "from tests.scenarios.bench.test_tasks import ids; print(sorted(ids()))"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("how", "outcome", "reason"),
+    [("hang", "timeout", "no pairs within 0.3 s"), ("exit", "error", "that makes pairs died with status 7, 3 times")],
+)
+def test_a_mission_that_hangs_or_takes_its_process_along_costs_its_own_rows(how, outcome, reason):
+    rows = rows_from(Lost(how=how), [contender()], making=Limits(timeout_s=0.3 if how == "hang" else 30))
 
-    assert told.stdout.strip() == str(sorted(ids()))
-
-
-def test_a_data_set_may_be_moved_but_not_changed(tmp_path):
-    def found(name, rows, edit=b""):
-        root = write(tmp_path / name / "set", rows)
-        image = root / "test/maps/p_a.png"
-        image.write_bytes(image.read_bytes() + edit)
-        return ids(open_dataset(root)[0])
-
-    first = found("here", [ROW])
-    assert found("there", [ROW]) == first
-    assert not found("map", [ROW], b"more") & first
-    assert not found("truth", [{**ROW, "control_points": [*ROW["control_points"], [5, 10, 0, 10]]}]) & first
-    assert not found("about", [{**ROW, "noise": 3}]) & first
-
-
-def test_a_resolved_scenario_and_its_seed_determine_a_mission():
-    source = load_suite("smoke").sources()[0]
-    other_noise = replace(source, scenario=replace(source.scenario, noise=(1,)))
-
-    assert not ids(source) & ids(replace(source, seed=source.seed + 1))
-    assert not ids(source) & ids(other_noise)
-    assert ids(source) == ids(load_suite("smoke").sources()[0])
-
-
-def test_a_run_is_all_of_its_tasks_in_their_order():
-    sources = [Source(), Source(source_id="m1")]
-    whole, pairs = run_id(sources, [ONE], suite="s", seed=0)
-
-    assert pairs == 4
-    assert run_id(sources, [ONE], suite="s", seed=0)[0] == whole
-    others = [
-        run_id(sources[::-1], [ONE], suite="s", seed=0),
-        run_id(sources, [ONE], suite="t", seed=0),
-        run_id(sources, [ONE], suite="s", seed=1),
-        run_id(sources, [], suite="s", seed=0),
-    ]
-    assert whole not in [other for other, _ in others]
+    assert [row["outcome"] for row in rows] == [outcome, outcome]
+    assert reason in rows[0]["reason"]

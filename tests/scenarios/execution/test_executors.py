@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rectmerge.errors import InputError
-from scenarios.bench.rows import Contender
+from scenarios.bench.contenders import Contender
 from scenarios.bench.run import read_rows, run
 from scenarios.execution.executors import LocalPool, WorkerDiedError, cluster, completed, local_workers
 from tests.scenarios.made import Fixed, Source, pair

@@ -1,8 +1,8 @@
 import pytest
 
 from rectmerge.errors import InputError
+from scenarios.bench.contenders import make_contenders
 from scenarios.bench.entrants import Entrant, contenders, entrants, entrants_named
-from scenarios.bench.rows import contenders_of
 from scenarios.leaderboard.tuning import as_table, best_threshold, tuned_contender
 from scenarios.suites.toml_tables import structured
 
@@ -19,7 +19,7 @@ def row(score, grade, label="some-0"):
 def test_all_that_take_part_can_be_made_and_have_labels_of_their_own():
     everybody = contenders()
 
-    made = contenders_of([one.label for one in everybody], everybody)
+    made = make_contenders([one.label for one in everybody], everybody)
 
     assert len({one.label for one in made}) == len(everybody)
     assert {"robust", "paper"} <= {one.label for one in made}
@@ -28,7 +28,7 @@ def test_all_that_take_part_can_be_made_and_have_labels_of_their_own():
 def test_every_configuration_of_every_entrant_can_be_made():
     for entrant in entrants():
         ways = entrant.configurations(5)
-        assert len(contenders_of([one.label for one in ways], ways)) == 5
+        assert len(make_contenders([one.label for one in ways], ways)) == 5
 
 
 def test_the_first_configuration_is_the_authors_own_and_a_budget_holds_those_of_a_smaller_one():

@@ -6,7 +6,7 @@ import pytest
 
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.similarity import Similarity
-from scenarios.bench.rows import Contender
+from scenarios.bench.contenders import Contender
 from scenarios.bench.run import run
 from scenarios.dataset.generate import generate
 from scenarios.dataset.reader import open_dataset

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from rectmerge.methods import DEFAULT_METHOD, make_method
-from scenarios.bench.rows import Contender
-from scenarios.bench.tasks import task_ids
-from scenarios.bench.work import Terms, Work, do
+from scenarios.bench.contenders import Contender
+from scenarios.bench.task_ids import task_ids
+from scenarios.bench.tasks import RunSettings, Task, run_task
 from scenarios.studies.accuracy import baseline_of, count, group_of, grouped, real_tasks, regressions, simulated_tasks
 from scenarios.suites.suite import load_suite
 
@@ -24,9 +24,9 @@ needs_maps = pytest.mark.skipif(
 
 def rows_of(name, sources):
     contenders = [Contender(label=DEFAULT_METHOD, method=make_method(DEFAULT_METHOD))]
-    terms = Terms(contenders=contenders, suite=name)
-    works = [Work(source=source, tasks=task_ids(source, contenders, seed=0), terms=terms) for source in sources]
-    return [row for work in works for row in do(work).rows]
+    settings = RunSettings(contenders=contenders, suite=name)
+    tasks = [Task(source=source, due=task_ids(source, contenders, seed=0), settings=settings) for source in sources]
+    return [row for task in tasks for row in run_task(task).rows]
 
 
 def assert_no_regression(rows):

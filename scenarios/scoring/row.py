@@ -1,0 +1,97 @@
+"""The row of a run's results: one method's answer to one pair, scored."""
+
+from __future__ import annotations
+
+from typing import Any, TypedDict
+
+from rectmerge.alignment import Verdict
+from scenarios.scoring.score import RIGHT, ErrorValues, Grade, Outcome, Stratum
+
+
+class Seconds(TypedDict):
+    """Time of an answer: all cores, and on the clock."""
+
+    cpu: float | None
+    wall: float
+
+
+class Row(TypedDict):
+    """One line of ``results.jsonl``; to add a column, add a key here and fill it in `scenarios.bench.rows`.
+
+    A row without an answer (error, timeout, out of memory) has None wherever the answer would be needed.
+    """
+
+    task_id: str  # hash of all that determines the row
+    pair_id: str
+    suite: str
+    place: str  # the cluster for statistics
+    method: str  # the contender's label
+    knows_scale: bool | None
+    related: bool
+    stratum: Stratum
+    bent: bool | None
+    overlap: float | None  # the true one
+    residual_px: float | None  # of the truth on its control points, in cells of A
+    extent_px: float | None  # diagonal of A's known cells
+    outcome: Outcome
+    verdict: Verdict | None
+    confidence: float | None
+    candidates: list[list[list[float]]] | None  # 2x3 pixel matrices, B to A, best first
+    evidence: list[dict[str, float]] | None  # of each candidate
+    grades: list[Grade] | None  # of each candidate; empty without truth
+    errors: ErrorValues | None
+    seconds: Seconds | None
+    peak_mb: float | None
+    reason: str
+    log: str | None  # traceback
+    info: dict[str, Any] | None  # everything else that is known of the pair
+    trace: dict[str, Any] | None  # numbers that the method reports of its own work
+
+
+def empty_row(
+    *,
+    pair_id: str,
+    suite: str,
+    place: str,
+    method: str,
+    related: bool,
+    stratum: Stratum,
+    outcome: Outcome,
+    reason: str,
+    log: str | None = None,
+    task_id: str = "",
+) -> Row:
+    """Return the row of a task without an answer; its keys stand in the order in which files have them."""
+    return {
+        "task_id": task_id,
+        "pair_id": pair_id,
+        "suite": suite,
+        "place": place,
+        "method": method,
+        "knows_scale": None,
+        "related": related,
+        "stratum": stratum,
+        "bent": None,
+        "overlap": None,
+        "residual_px": None,
+        "extent_px": None,
+        "outcome": outcome,
+        "verdict": None,
+        "confidence": None,
+        "candidates": None,
+        "evidence": None,
+        "grades": None,
+        "errors": None,
+        "seconds": None,
+        "peak_mb": None,
+        "reason": reason,
+        "log": log,
+        "info": None,
+        "trace": None,
+    }
+
+
+def is_best_right(row: Row) -> bool:
+    """Return True if the best candidate is right, whatever the verdict; False without truth or candidate."""
+    grades = row["grades"]
+    return grades is not None and len(grades) > 0 and grades[0] in RIGHT
