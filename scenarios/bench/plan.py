@@ -1,14 +1,13 @@
-"""Who is put to what: a suite's or a data set's pairs, and the contenders that somebody named for them."""
+"""The plan of a run: a suite's or a data set's pairs, and the contenders that take part."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from rectmerge.methods import DEFAULT_METHOD
-from scenarios.bench import run as bench
 from scenarios.bench.contenders import Contender, make_contenders
 from scenarios.bench.entrants import EVERYBODY, contenders
 from scenarios.bench.external_program import Program, labelled
@@ -17,37 +16,50 @@ from scenarios.pairs.pair import PairSource
 from scenarios.suites.suite import load_suite, suite_names
 
 
-@dataclass(frozen=True, slots=True)
-class Contest:
-    """What is run, on what, and what the run's record says of it."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunPlan:
+    """Pairs and contenders of a run.
 
-    name: str
+    Parameters
+    ----------
+    suite
+        Name of the suite or the data set.
+    sources
+        Sources of the pairs.
+    contenders
+        Methods under different labels.
+    seed
+        Seed of every answer.
+    about
+        Further content of ``run.toml``: the scenarios as they were resolved, or the data set's folder.
+    card
+        `title` and `description` of the data set in which the pairs are kept, in ``dataset/`` of the run's folder;
+        None keeps no pairs.
+    """
+
+    suite: str
     sources: Sequence[PairSource]
     contenders: Sequence[Contender]
-    about: dict[str, Any]
-    dataset: dict[str, Any] | None = None  # of a suite, whose pairs are kept beside the rows: what its card says
+    seed: int = 0
+    about: Mapping[str, Any] = field(default_factory=dict)
+    card: Mapping[str, Any] | None = None
 
     @property
-    def tasks(self) -> int:
-        """How many rows it makes."""
+    def row_count(self) -> int:
+        """Number of rows of the complete run."""
         return sum(len(source.pair_ids) for source in self.sources) * len(self.contenders)
 
-    def run(self, out: str | Path, **options: Any) -> dict[str, Any]:
-        """Run it into a folder, with the options of `bench.run`."""
-        return bench.run(
-            self.sources, self.contenders, out, suite=self.name, about=self.about, dataset=self.dataset, **options
-        )
 
-
-def contest_of(
+def plan_run(
     target: str,
     methods: Sequence[str],
     settings: Sequence[str] = (),
     commands: Sequence[str] = (),
     *,
     knows_scale: bool = False,
-) -> Contest:
-    """Find out what is run, on what.
+    seed: int = 0,
+) -> RunPlan:
+    """Plan a run from the words of a command.
 
     Parameters
     ----------
@@ -61,28 +73,39 @@ def contest_of(
     commands
         Command lines of programs, as in `Program`.
     knows_scale
-        Whether the contenders are told the ratio of the maps' cells.
+        Whether the contenders get the true ratio of the maps' cells.
+    seed
+        Seed of every answer.
 
     Raises
     ------
     InputError
-        If there is no such target or contender, or a contender cannot be made.
+        If the target or a contender does not exist, or a contender cannot be made.
     """
     if EVERYBODY in methods:
-        methods = [name for name in methods if name != EVERYBODY] + [one.label for one in contenders()]
+        methods = [name for name in methods if name != EVERYBODY] + [entry.label for entry in contenders()]
     programs = labelled([Program(command=command) for command in commands], methods)
     others = [Contender(label=label, method=program, knows_scale=knows_scale) for label, program in programs.items()]
     default = [] if others else [DEFAULT_METHOD]
     # `make demo` leaves a folder `demo`, which must not hide the suite of that name
     if is_dataset(target) or (Path(target).is_dir() and target not in suite_names()):
-        pairs = open_dataset(target)
+        sources = open_dataset(target)
         named = make_contenders(methods or default, contenders(), settings, knows_scale=knows_scale)
-        return Contest(dataset_name(target), pairs, named + others, {"dataset": str(Path(target).resolve())})
+        return RunPlan(
+            suite=dataset_name(target),
+            sources=sources,
+            contenders=named + others,
+            seed=seed,
+            about={"dataset": str(Path(target).resolve())},
+        )
     suite = load_suite(target)
-    own = [] if others else [entry.label for entry in suite.methods]
-    named = make_contenders(
-        methods or own or default, [*contenders(), *suite.methods], settings, knows_scale=knows_scale
+    names = methods or ([] if others else [entry.label for entry in suite.methods]) or default
+    named = make_contenders(names, [*contenders(), *suite.methods], settings, knows_scale=knows_scale)
+    return RunPlan(
+        suite=suite.name,
+        sources=suite.sources(),
+        contenders=named + others,
+        seed=seed,
+        about={"title": suite.title, "scenarios": [asdict(scenario) for scenario in suite.scenarios]},
+        card={"title": suite.title, "description": suite.description},
     )
-    about = {"title": suite.title, "scenarios": [asdict(scenario) for scenario in suite.scenarios]}
-    card = {"title": suite.title, "description": suite.description}
-    return Contest(suite.name, suite.sources(), named + others, about, card)

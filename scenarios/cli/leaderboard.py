@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +12,9 @@ from rectmerge.cli import console
 from rectmerge.cli.console import Debug, Quiet
 from rectmerge.extras import SIMULATOR, require_extras
 from scenarios.execution.terminal import progress, resume_callback, row_callback
+
+if TYPE_CHECKING:
+    from scenarios.bench.plan import RunPlan
 
 
 def tune(
@@ -36,32 +39,21 @@ def tune(
     require_extras("tomli_w")
     import tomli_w
 
-    from scenarios.bench import run as bench
     from scenarios.bench.contenders import make_contenders
     from scenarios.bench.entrants import entrants_named
+    from scenarios.bench.plan import RunPlan
+    from scenarios.bench.run import read_rows
     from scenarios.dataset.reader import dataset_name, open_dataset
-    from scenarios.execution.executors import workplace
     from scenarios.leaderboard.tuning import as_table, tuned_contender
 
     sources = open_dataset(dataset, split="train")[::every]
-    ways = [(one, one.configurations(budget)) for one in entrants_named(method or [])]
-    entries = [way for _, configurations in ways for way in configurations]
+    searches = [(entrant, entrant.configurations(budget)) for entrant in entrants_named(method or [])]
+    entries = [entry for _, configurations in searches for entry in configurations]
     contenders = make_contenders([entry.label for entry in entries], entries)
-    total = len(sources) * len(contenders)
-    with progress(total, quiet) as advance, workplace(workers, None) as (executor, in_flight):
-        bench.run(
-            sources,
-            contenders,
-            output,
-            suite=dataset_name(dataset),
-            executor=executor,
-            in_flight=in_flight,
-            force=force,
-            on_start=resume_callback(advance, total, quiet),
-            on_rows=row_callback(advance),
-        )
-    rows = bench.read_rows(output)
-    table = as_table([tuned_contender(one, configurations, rows) for one, configurations in ways])
+    plan = RunPlan(suite=dataset_name(dataset), sources=sources, contenders=contenders)
+    _run(plan, output, workers=workers, quiet=quiet, force=force)
+    rows = read_rows(output)
+    table = as_table([tuned_contender(entrant, configurations, rows) for entrant, configurations in searches])
     typer.echo(tomli_w.dumps(table))
 
 
@@ -100,37 +92,22 @@ def leaderboard(
     stays as it is, whatever version made it. Without MAPS there are no real pairs.
     """
     from rectmerge.io.image_file import replace_file
-    from scenarios.dataset.generate import generate, plan
     from scenarios.dataset.writer import finished_info
-    from scenarios.execution.executors import workplace
     from scenarios.leaderboard.contests import RUNS, SUITES, stages
     from scenarios.leaderboard.page import page
     from scenarios.report.page import write_report
     from scenarios.report.reading import Runs
-    from scenarios.suites.suite import load_suite
 
     require_extras(*SIMULATOR, "tomli_w", "jinja2", "matplotlib")
     folders = []
     for stage in stages(output, maps, suite or SUITES):
         folder = output / RUNS / stage.run_name
-        with workplace(workers, None) as (executor, in_flight):
-            if stage.is_simulated and not finished_info(stage.folder):
-                console.say(f"{stage.folder}: the data set")
-                made = load_suite(stage.name)
-                with progress(sum(job.count for job in plan(made)), quiet) as advance:
-                    done = functools.partial(advance, word="pairs")
-                    generate(made, stage.folder, executor=executor, in_flight=in_flight, on_done=done)
-            console.say(f"{folder}: everybody on it")
-            contest = stage.contest()
-            with progress(contest.tasks, quiet) as advance:
-                contest.run(
-                    folder,
-                    executor=executor,
-                    in_flight=in_flight,
-                    command=f"rectbench leaderboard, {stage.run_name}",
-                    on_start=resume_callback(advance, contest.tasks, quiet),
-                    on_rows=row_callback(advance),
-                )
+        if stage.is_simulated and not finished_info(stage.folder):
+            console.say(f"{stage.folder}: the data set")
+            _generate(stage.name, stage.folder, workers=workers, quiet=quiet)
+        console.say(f"{folder}: all entrants on it")
+        command = f"rectbench leaderboard, {stage.run_name}"
+        _run(stage.plan(), folder, workers=workers, quiet=quiet, command=command)
         folders.append(folder)
     replace_file(output / "README.md", page(Runs.read(folders)).encode())
     write_report(folders, output / "report.html", force=True)
@@ -149,3 +126,34 @@ def growth(
 
     write_growth(measured, output, force=force)
     typer.echo(f"written: {output}")
+
+
+def _generate(suite: str, output: Path, *, workers: int, quiet: bool) -> None:
+    """Make the data set of a suite, with progress."""
+    from scenarios.dataset.generate import generate, plan
+    from scenarios.execution.executors import workplace
+    from scenarios.suites.suite import load_suite
+
+    made = load_suite(suite)
+    total = sum(job.count for job in plan(made))
+    with workplace(workers, None) as (executor, in_flight), progress(total, quiet) as advance:
+        on_done = functools.partial(advance, word="pairs")
+        generate(made, output, executor=executor, in_flight=in_flight, on_done=on_done)
+
+
+def _run(plan: RunPlan, output: Path, *, workers: int, quiet: bool, force: bool = False, command: str = "") -> None:
+    """Run a plan, with progress."""
+    from scenarios.bench.run import Execution, RunCallbacks, run
+    from scenarios.execution.executors import workplace
+
+    with progress(plan.row_count, quiet) as advance, workplace(workers, None) as (executor, in_flight):
+        run(
+            plan,
+            output,
+            execution=Execution(executor=executor, in_flight=in_flight),
+            callbacks=RunCallbacks(
+                on_start=resume_callback(advance, plan.row_count, quiet), on_rows=row_callback(advance)
+            ),
+            force=force,
+            command=command,
+        )

@@ -1,4 +1,4 @@
-"""The commands `rectbench explain` and `rectbench figures`: the pictures of the pages on how the methods work."""
+"""The commands of `rectbench` that draw: the demo, and the pictures of the pages on how the methods work."""
 
 from __future__ import annotations
 
@@ -10,6 +10,28 @@ import typer
 from rectmerge.cli import console
 from rectmerge.cli.console import Debug, Quiet
 from rectmerge.extras import SIMULATOR, require_extras
+from scenarios.execution.terminal import table
+
+
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the pictures.")] = Path(
+        "demo"
+    ),
+    force: Annotated[bool, typer.Option("--force", help="Clear an earlier demo in the folder first.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Show the main job whole: simulate two robots, build their maps, merge, score, draw.
+
+    Ends with status 0 when the chain ran, whether the answers were right or wrong; the table says which.
+    """
+    from scenarios.gallery.demo import run_demo
+
+    require_extras(*SIMULATOR)
+    shown = run_demo(output, force=force, say=(lambda line: None) if quiet else console.say)
+    typer.echo(table(*shown.table()))
+    typer.echo(f"pictures: {output / 'demo.png'} and {len(shown.pictures) - 1} more in {output}")
+    typer.echo(f"the mission's data: {output / 'mission'}")
 
 
 def explain(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rectmerge.errors import InputError
 from scenarios.bench.entrants import EVERYBODY
-from scenarios.bench.plan import Contest, contest_of
+from scenarios.bench.plan import RunPlan, plan_run
 from scenarios.dataset.reader import is_dataset
 from scenarios.suites.suite import load_suite
 
@@ -45,10 +45,10 @@ class Stage:
         """Of the run's folder."""
         return f"{self.name}-known" if self.knows_scale else self.name
 
-    def contest(self) -> Contest:
-        """Everybody on the pairs that are shown."""
+    def plan(self) -> RunPlan:
+        """Plan the run of all entrants on the pairs that are shown."""
         target = self.folder / TESTED.get(self.name, "")
-        return contest_of(str(target), [EVERYBODY], knows_scale=self.knows_scale)
+        return plan_run(str(target), [EVERYBODY], knows_scale=self.knows_scale)
 
 
 def stages(out: Path, maps: Path | None, suites: Sequence[str] = SUITES) -> list[Stage]:

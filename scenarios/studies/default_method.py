@@ -13,6 +13,7 @@ from rectmerge.io.image_file import replace_file
 from rectmerge.methods import make_method
 from scenarios.bench import run as bench
 from scenarios.bench.contenders import Contender
+from scenarios.bench.plan import RunPlan
 from scenarios.bench.resume import SUMMARY
 from scenarios.dataset.reader import RowSource
 from scenarios.execution.executors import describe_machine
@@ -100,6 +101,7 @@ def _run(
         raise InputError(f"{folder}: holds earlier results; --force clears them")
     contenders, rows = [Contender(label=METHOD, method=make_method(METHOD))], []
     for name, sources in tasks.items():
-        bench.run(sources, contenders, folder / name, suite=name, force=force, on_rows=on_rows)
+        plan = RunPlan(suite=name, sources=sources, contenders=contenders)
+        bench.run(plan, folder / name, callbacks=bench.RunCallbacks(on_rows=on_rows), force=force)
         rows += bench.read_rows(folder / name)
     return rows

@@ -6,7 +6,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import cv2
 import numpy as np
@@ -14,6 +14,8 @@ import numpy as np
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
+from scenarios.bench.plan import RunPlan
+from scenarios.bench.run import Execution, RunCallbacks, run
 from scenarios.pairs.map_view import PlacedMap
 from scenarios.pairs.pair import Explored, MapPair
 
@@ -44,6 +46,16 @@ def pair(pair_id: str = "p0", *, related: bool = True, truth: Similarity = TRUTH
         **changes,
     }
     return MapPair(**content)
+
+
+def run_pairs(sources, contenders, out, *, suite="made", seed=0, about=None, card=None, **options):
+    """Run contenders on pairs; options are those of `run`, and the fields of `Execution` and `RunCallbacks`."""
+    plan = RunPlan(suite=suite, sources=sources, contenders=contenders, seed=seed, about=about or {}, card=card)
+    execution, callbacks = (
+        kind(**{field.name: options.pop(field.name) for field in fields(kind) if field.name in options})
+        for kind in (Execution, RunCallbacks)
+    )
+    return run(plan, out, execution=execution, callbacks=callbacks, **options)
 
 
 def pixel_to_world(placed: PlacedMap, pixels: np.ndarray) -> np.ndarray:

@@ -12,10 +12,10 @@ from scenarios.bench.asking import ask
 from scenarios.bench.contenders import Contender
 from scenarios.bench.resume import results_in
 from scenarios.bench.rows import score_answer
-from scenarios.bench.run import read_rows, run
+from scenarios.bench.run import read_rows
 from scenarios.dataset.reader import open_dataset
 from scenarios.execution.limits import Limits
-from tests.scenarios.made import Failing, Fixed, Source, pair
+from tests.scenarios.made import Failing, Fixed, Source, pair, run_pairs
 
 CONTRACT = {
     *("task_id", "pair_id", "suite", "place", "method", "outcome", "verdict", "confidence", "candidates", "errors"),
@@ -123,9 +123,9 @@ def test_an_error_keeps_its_reason_and_its_traceback():
 
 def test_pairs_are_kept_in_a_data_set_beside_the_rows(tmp_path):
     sources = [Source(), Source(source_id="m1", fails=True)]
-    run(sources, [contender()], tmp_path, suite="made", dataset={"title": "Made", "description": "for tests"})
+    run_pairs(sources, [contender()], tmp_path, suite="made", card={"title": "Made", "description": "for tests"})
 
-    again = run(open_dataset(tmp_path / "dataset"), [contender()], tmp_path / "again", suite="made")
+    again = run_pairs(open_dataset(tmp_path / "dataset"), [contender()], tmp_path / "again", suite="made")
     first, second = (
         {row["pair_id"]: row["outcome"] for row in read_rows(folder)} for folder in (tmp_path, tmp_path / "again")
     )
@@ -139,7 +139,7 @@ def test_kept_pairs_are_whole_after_an_interruption(tmp_path):
 
     def keep(out, **options):
         card = {"title": "Made", "description": "for tests"}
-        run([Source(), Source(source_id="m1")], [contender()], out, suite="made", dataset=card, **options)
+        run_pairs([Source(), Source(source_id="m1")], [contender()], out, suite="made", card=card, **options)
 
     keep(tmp_path / "whole")
     with pytest.raises(KeyboardInterrupt):
@@ -157,7 +157,7 @@ def test_kept_pairs_are_whole_after_an_interruption(tmp_path):
 def test_a_run_writes_its_folder(tmp_path):
     seen = []
 
-    summary = run(
+    summary = run_pairs(
         [Source(), Source(source_id="m1")],
         [contender(), contender(Fixed(verdict="rejected"), "shy")],
         tmp_path / "run",
@@ -193,7 +193,7 @@ def test_a_run_writes_its_folder(tmp_path):
 
 def test_same_seed_same_rows_and_another_seed_reaches_the_method(tmp_path):
     def draws(name, seed):
-        run([Source()], [contender()], tmp_path / name, suite="made", seed=seed)
+        run_pairs([Source()], [contender()], tmp_path / name, suite="made", seed=seed)
         return [row["trace"]["draw"] for row in read_rows(tmp_path / name)]
 
     assert draws("a", 1) == draws("b", 1) != draws("c", 2)
@@ -204,12 +204,12 @@ def test_a_run_goes_on_where_it_was_interrupted(tmp_path):
         raise KeyboardInterrupt
 
     sources, started = [Source(), Source(source_id="m1")], []
-    run(sources, [contender()], tmp_path / "whole", suite="made")
+    run_pairs(sources, [contender()], tmp_path / "whole", suite="made")
     with pytest.raises(KeyboardInterrupt):
-        run(sources, [contender()], tmp_path / "cut", suite="made", on_rows=interrupt)
+        run_pairs(sources, [contender()], tmp_path / "cut", suite="made", on_rows=interrupt)
     with pytest.raises(InputError, match="no finished run"):
         read_rows(tmp_path / "cut")
-    run(sources, [contender()], tmp_path / "cut", suite="made", on_start=started.append)
+    run_pairs(sources, [contender()], tmp_path / "cut", suite="made", on_start=started.append)
 
     assert started == [2]
     assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
@@ -218,22 +218,22 @@ def test_a_run_goes_on_where_it_was_interrupted(tmp_path):
 @pytest.mark.parametrize("cut", [1, 40, 900])
 def test_a_torn_line_and_lost_lines_are_done_again(tmp_path, cut):
     sources = [Source(), Source(source_id="m1")]
-    run(sources, [contender(), contender(label="two")], tmp_path, suite="made")
+    run_pairs(sources, [contender(), contender(label="two")], tmp_path, suite="made")
     rows, file = timeless(tmp_path), tmp_path / "results.jsonl"
     file.write_bytes(file.read_bytes()[:-cut])
 
-    run(sources, [contender(), contender(label="two")], tmp_path, suite="made")
+    run_pairs(sources, [contender(), contender(label="two")], tmp_path, suite="made")
 
     assert timeless(tmp_path) == rows
 
 
 def test_a_damaged_line_is_named(tmp_path):
-    run([Source()], [contender()], tmp_path, suite="made")
+    run_pairs([Source()], [contender()], tmp_path, suite="made")
     file = tmp_path / "results.jsonl"
     file.write_bytes(b"{torn\n" + file.read_bytes())
 
     with pytest.raises(InputError, match=r"results.jsonl:1: not JSON"):
-        run([Source()], [contender()], tmp_path, suite="made")
+        run_pairs([Source()], [contender()], tmp_path, suite="made")
 
 
 @pytest.mark.parametrize(
@@ -248,32 +248,32 @@ def test_a_damaged_line_is_named(tmp_path):
 )
 def test_a_run_of_something_else_is_refused_and_cleared_only_with_force(tmp_path, change, differs):
     same = {"sources": [Source()], "contenders": [contender()], "suite": "made", "seed": 0, "out": tmp_path}
-    run(**same)
+    run_pairs(**same)
     (tmp_path / "notes.txt").write_text("mine")
 
     with pytest.raises(InputError, match=f"{differs}.*--force"):
-        run(**{**same, **change})
-    assert run(**same, limits=Limits(timeout_s=9))["rows"] == 2  # limits may differ
-    summary = run(**{**same, **change}, force=True)
+        run_pairs(**{**same, **change})
+    assert run_pairs(**same, limits=Limits(timeout_s=9))["rows"] == 2  # limits may differ
+    summary = run_pairs(**{**same, **change}, force=True)
 
     assert summary["rows"] == len(read_rows(tmp_path))
     assert (tmp_path / "notes.txt").exists()
 
 
 def test_rows_of_an_unknown_run_are_not_added_to(tmp_path):
-    run([Source()], [contender()], tmp_path, suite="made")
+    run_pairs([Source()], [contender()], tmp_path, suite="made")
     (tmp_path / "run.toml").unlink()
 
     with pytest.raises(InputError, match="--force"):
-        run([Source()], [contender()], tmp_path, suite="made")
+        run_pairs([Source()], [contender()], tmp_path, suite="made")
 
 
 def test_of_two_runs_into_one_folder_the_second_is_refused(tmp_path):
     def again(rows):
-        run([Source()], [contender()], tmp_path, suite="made", force=True)
+        run_pairs([Source()], [contender()], tmp_path, suite="made", force=True)
 
     with pytest.raises(InputError, match="another process is writing into it"):
-        run([Source()], [contender()], tmp_path, suite="made", on_rows=again)
+        run_pairs([Source()], [contender()], tmp_path, suite="made", on_rows=again)
 
 
 def test_rows_that_the_disk_has_no_room_for_end_a_run_in_one_line(tmp_path):
@@ -291,17 +291,17 @@ def test_a_file_of_rows_that_is_not_ours_is_left_as_it_was(tmp_path):
     (tmp_path / "results.jsonl").write_text("of somebody else, without an end")
 
     with pytest.raises(InputError, match="holds a run of something else"):
-        run([Source()], [contender()], tmp_path, suite="made")
+        run_pairs([Source()], [contender()], tmp_path, suite="made")
     assert (tmp_path / "results.jsonl").read_text() == "of somebody else, without an end"
 
 
 def test_labels_differ(tmp_path):
     with pytest.raises(InputError, match="labels must differ"):
-        run([Source()], [contender(), contender()], tmp_path, suite="made")
+        run_pairs([Source()], [contender(), contender()], tmp_path, suite="made")
 
 
 def test_results_do_not_overwrite_a_file(tmp_path):
     (tmp_path / "file").write_text("mine")
 
     with pytest.raises(InputError, match="is a file"):
-        run([Source()], [contender()], tmp_path / "file", suite="made")
+        run_pairs([Source()], [contender()], tmp_path / "file", suite="made")

@@ -8,7 +8,7 @@ import pytest
 
 from rectmerge import methods
 from rectmerge.cli import console
-from scenarios.bench.plan import contest_of
+from scenarios.bench.plan import plan_run
 from scenarios.bench.run import read_rows
 from scenarios.cli.main import app
 from tests.scenarios.dataset.test_reader import ROW, UNRELATED, write
@@ -193,8 +193,8 @@ def test_a_folder_that_is_no_data_set_does_not_hide_a_suite_of_its_name(tmp_path
     (tmp_path / "smoke").mkdir()
     write(tmp_path / "headline", [ROW])
 
-    assert contest_of("smoke", ["fixed"]).about["title"] == "Smoke"
-    assert contest_of("headline", ["fixed"]).about == {"dataset": str(tmp_path / "headline")}
+    assert plan_run("smoke", ["fixed"]).about["title"] == "Smoke"
+    assert plan_run("headline", ["fixed"]).about == {"dataset": str(tmp_path / "headline")}
 
 
 def test_a_run_of_one_split_is_named_after_its_data_set(tmp_path, dataset):

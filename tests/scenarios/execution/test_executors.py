@@ -11,9 +11,9 @@ import pytest
 
 from rectmerge.errors import InputError
 from scenarios.bench.contenders import Contender
-from scenarios.bench.run import read_rows, run
+from scenarios.bench.run import read_rows
 from scenarios.execution.executors import LocalPool, WorkerDiedError, cluster, completed, local_workers
-from tests.scenarios.made import Fixed, Source, pair
+from tests.scenarios.made import Fixed, Source, pair, run_pairs
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,7 +132,7 @@ def test_a_task_that_kills_its_worker_is_told_from_those_beside_it(tmp_path, dea
     deadly = Deadly(source_id="deadly", notes=tmp_path / "notes", deaths=deaths)
 
     with local_workers(2) as pool:
-        run([others[0], deadly, *others[1:]], METHODS, tmp_path / "run", suite="made", executor=pool, in_flight=4)
+        run_pairs([others[0], deadly, *others[1:]], METHODS, tmp_path / "run", suite="made", executor=pool, in_flight=4)
 
     rows = [row for row in read_rows(tmp_path / "run") if row["place"] == "deadly"]
     assert outcomes(tmp_path / "run").items() >= all_right(others).items()
@@ -149,7 +149,7 @@ def test_a_worker_that_crashes_is_an_error(tmp_path):
     deadly = Deadly(notes=tmp_path / "notes", deaths=9, signal=signal.SIGSEGV)
 
     with local_workers(2) as pool:
-        run([deadly], METHODS, tmp_path / "run", suite="made", executor=pool)
+        run_pairs([deadly], METHODS, tmp_path / "run", suite="made", executor=pool)
 
     assert set(outcomes(tmp_path / "run").values()) == {"error"}
     assert all("SIGSEGV" in row["reason"] for row in read_rows(tmp_path / "run"))
@@ -214,7 +214,7 @@ def test_a_cluster_whose_worker_is_killed_gives_the_rows_of_an_undisturbed_run(t
     killer = threading.Thread(target=kill_one)
     killer.start()
     with cluster(dask_cluster.scheduler_address) as (executor, in_flight):
-        run(sources, METHODS, tmp_path / "run", suite="made", executor=executor, in_flight=in_flight)
+        run_pairs(sources, METHODS, tmp_path / "run", suite="made", executor=executor, in_flight=in_flight)
     killer.join()
 
     assert outcomes(tmp_path / "run") == all_right(sources)
@@ -227,7 +227,7 @@ def test_a_task_that_kills_the_workers_of_a_cluster_becomes_rows(tmp_path, dask_
     deadly = Deadly(source_id="deadly", notes=tmp_path / "notes", deaths=99)
 
     with cluster(dask_cluster.scheduler_address) as (executor, in_flight):
-        run([deadly, *others], METHODS, tmp_path / "run", suite="made", executor=executor, in_flight=in_flight)
+        run_pairs([deadly, *others], METHODS, tmp_path / "run", suite="made", executor=executor, in_flight=in_flight)
 
     found = outcomes(tmp_path / "run")
     assert found.items() >= all_right(others).items()

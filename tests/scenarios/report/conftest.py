@@ -7,10 +7,10 @@ import pytest
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.similarity import Similarity
 from scenarios.bench.contenders import Contender
-from scenarios.bench.run import run
 from scenarios.dataset.generate import generate
 from scenarios.dataset.reader import open_dataset
 from scenarios.suites.suite import Seeds
+from tests.scenarios.made import run_pairs
 from tests.scenarios.madeset import SHIFT, TinySuite
 
 
@@ -48,7 +48,7 @@ def report_run(tmp_path_factory):
     root = tmp_path_factory.mktemp("report")
     generate(TinySuite(seeds=Seeds(count=3)), root / "set")
     sources = open_dataset(root / "set")
-    run(
+    run_pairs(
         sources, METHODS, root / "run", suite="tiny", about={"dataset": str(root / "set")}, command="rectbench run tiny"
     )
     return root / "run"

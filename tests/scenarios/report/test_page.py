@@ -4,11 +4,10 @@ import re
 import pytest
 
 from rectmerge.errors import InputError
-from scenarios.bench.run import run
 from scenarios.report.page import write_report
 from scenarios.report.reading import Runs
 from scenarios.report.standings import standings
-from tests.scenarios.made import Source
+from tests.scenarios.made import Source, run_pairs
 from tests.scenarios.report.conftest import METHODS
 
 
@@ -51,7 +50,7 @@ def test_the_leaderboard_counts_what_the_rows_say(report_run):
 
 
 def test_a_run_without_its_maps_has_no_gallery(tmp_path):
-    run([Source()], METHODS[:1], tmp_path / "run", suite="made")
+    run_pairs([Source()], METHODS[:1], tmp_path / "run", suite="made")
 
     write_report([tmp_path / "run"], tmp_path / "report.html")
 
