@@ -8,7 +8,7 @@ from scenarios.bench.check_method import check_method
 from scenarios.bench.mistakes import MISTAKES
 from scenarios.cli import main as cli
 from scenarios.pairs.drawn_pairs import VIEWS
-from tests.scenarios.mistaken import Mistaken, Restless, Torn, fail, leave
+from tests.scenarios.mistaken_methods import Mistaken, Restless, Torn, fail, leave
 
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake.name)

@@ -11,7 +11,7 @@ from scenarios.bench.contenders import Contender
 from scenarios.bench.external_program import Program, ProgramError, labelled
 from scenarios.bench.rows import score_answer
 from scenarios.execution.limits import Limits
-from tests.scenarios.made import pair
+from tests.scenarios.known_answers import pair
 
 RIGHT = "1 0 4  0 1 2"
 

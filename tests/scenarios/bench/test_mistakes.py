@@ -4,7 +4,7 @@ import pytest
 from scenarios.bench.mistakes import MISTAKES, name_mistake
 from scenarios.pairs.drawn_pairs import easy_pairs
 from scenarios.scoring.score import measure_errors
-from tests.scenarios.mistaken import told
+from tests.scenarios.mistaken_methods import told
 
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake.name)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from scenarios.bench.run import read_rows
-from tests.scenarios.processes import descendants, is_running, start, tiny_pairs
+from tests.scenarios.command_process import descendants, is_running, start, tiny_pairs
 
 SLEEPER = "import sys, time; time.sleep(60)"
 

@@ -15,7 +15,7 @@ from scenarios.bench.rows import score_answer
 from scenarios.bench.run import read_rows
 from scenarios.dataset.reader import open_dataset
 from scenarios.execution.limits import Limits
-from tests.scenarios.made import Failing, Fixed, Source, pair, run_pairs
+from tests.scenarios.known_answers import Failing, Fixed, Source, pair, run_pairs
 
 CONTRACT = {
     *("task_id", "pair_id", "suite", "place", "method", "outcome", "verdict", "confidence", "candidates", "errors"),

@@ -9,7 +9,7 @@ from scenarios.bench.task_ids import run_id, task_ids
 from scenarios.dataset.reader import open_dataset
 from scenarios.suites.suite import load_suite
 from tests.scenarios.dataset.test_reader import ROW, write
-from tests.scenarios.made import Fixed, Source
+from tests.scenarios.known_answers import Fixed, Source
 
 ONE = Contender(label="one", method=Fixed())
 

@@ -9,7 +9,7 @@ from scenarios.execution.attempt import Attempt
 from scenarios.execution.limits import Limits
 from scenarios.scoring.summary import summarise
 from tests.scenarios.bench.test_run import contender, outcomes
-from tests.scenarios.made import Failing, Lost, Source, grid, pair
+from tests.scenarios.known_answers import Failing, Lost, Source, grid, pair
 
 
 def rows_from(source, contenders, **settings):

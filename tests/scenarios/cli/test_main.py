@@ -17,7 +17,7 @@ from tests.scenarios.dataset.test_reader import ROW, UNRELATED, write
 @pytest.fixture(autouse=True)
 def registry(monkeypatch):
     points = {
-        name: EntryPoint(name=name, value=f"tests.scenarios.made:{name.title()}", group=methods.GROUP)
+        name: EntryPoint(name=name, value=f"tests.scenarios.known_answers:{name.title()}", group=methods.GROUP)
         for name in ("fixed", "failing")
     }
     monkeypatch.setattr(methods, "available", lambda: points)

@@ -6,7 +6,7 @@ import yaml
 from PIL import Image
 
 from scenarios.dataset.generate import generate
-from tests.scenarios.madeset import TinySuite
+from tests.scenarios.tiny_suite import TinySuite
 
 READ = """
 import sys, warnings

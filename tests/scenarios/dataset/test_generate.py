@@ -18,7 +18,7 @@ from scenarios.dataset.verify import verify
 from scenarios.dataset.writer import DataSetWriter
 from scenarios.execution.executors import local_workers, workplace
 from scenarios.suites.suite import Seeds, load_suite
-from tests.scenarios.madeset import TinySuite
+from tests.scenarios.tiny_suite import TinySuite
 
 SUITE = TinySuite()
 
@@ -103,7 +103,7 @@ def test_two_workers_make_the_same_bytes(tmp_path, made):
 
 @pytest.mark.parametrize("kept", [1, 3])
 def test_a_process_that_is_killed_is_gone_on_with_and_makes_the_same_bytes(tmp_path, made, kept):
-    command = [sys.executable, "-m", "tests.scenarios.madeset", str(tmp_path / "set")]
+    command = [sys.executable, "-m", "tests.scenarios.tiny_suite", str(tmp_path / "set")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         for _ in range(1 + kept):  # it first tells that nothing is there yet
             process.stdout.readline()

@@ -7,7 +7,7 @@ from rectmerge.grid import OCCUPIED, UNKNOWN, OccupancyGrid
 from scenarios.dataset.packing import make
 from scenarios.pairs.map_view import MapSpec
 from scenarios.pairs.pair import Explored, make_pair
-from tests.scenarios.madeset import Rooms
+from tests.scenarios.tiny_suite import Rooms
 from tests.sim.made import office_log
 
 

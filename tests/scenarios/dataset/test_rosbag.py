@@ -26,7 +26,7 @@ from scenarios.pairs.map_view import MapSpec
 from scenarios.pairs.pair import Explored, MadeFrom, make_pair
 from scenarios.suites.mission_source import MissionSource
 from scenarios.suites.spec import Scenario
-from tests.scenarios.madeset import TinySuite
+from tests.scenarios.tiny_suite import TinySuite
 from tests.sim.made import walked_log
 
 SPECS = MapSpec(turn_deg=25.0, hide_resolution=False), MapSpec(resolution=0.06, turn_deg=-40.0, turn="image")

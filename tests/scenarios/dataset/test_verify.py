@@ -10,7 +10,7 @@ from rectmerge.errors import DatasetError
 from scenarios.cli.main import app
 from scenarios.dataset.generate import generate
 from scenarios.dataset.verify import verify
-from tests.scenarios.madeset import TinySuite
+from tests.scenarios.tiny_suite import TinySuite
 
 
 @pytest.fixture(scope="module")

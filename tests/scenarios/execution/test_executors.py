@@ -13,7 +13,7 @@ from rectmerge.errors import InputError
 from scenarios.bench.contenders import Contender
 from scenarios.bench.run import read_rows
 from scenarios.execution.executors import LocalPool, WorkerDiedError, cluster, completed, local_workers
-from tests.scenarios.made import Fixed, Source, pair, run_pairs
+from tests.scenarios.known_answers import Fixed, Source, pair, run_pairs
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from scenarios.pairs.disguise import FACTORS, DisguisedSource, disguise, redraw
 from scenarios.pairs.truth import control_point_rmse
-from tests.scenarios.made import Source, pair
+from tests.scenarios.known_answers import Source, pair
 
 turns, factors = st.floats(-180, 180), st.floats(*FACTORS)
 

@@ -15,7 +15,7 @@ from scenarios.pairs.map_view import MapSpec, place_map
 from scenarios.pairs.pair import make_pair
 from scenarios.pairs.truth import known_extent
 from sim.missions.mission import RobotSpec
-from tests.scenarios.made import pixel_to_world
+from tests.scenarios.known_answers import pixel_to_world
 from tests.sim.made import office_log, wall_distance
 
 LOG = office_log()

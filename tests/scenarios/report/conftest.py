@@ -10,8 +10,8 @@ from scenarios.bench.contenders import Contender
 from scenarios.dataset.generate import generate
 from scenarios.dataset.reader import open_dataset
 from scenarios.suites.suite import Seeds
-from tests.scenarios.made import run_pairs
-from tests.scenarios.madeset import SHIFT, TinySuite
+from tests.scenarios.known_answers import run_pairs
+from tests.scenarios.tiny_suite import SHIFT, TinySuite
 
 
 @dataclass(frozen=True, kw_only=True)

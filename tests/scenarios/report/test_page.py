@@ -7,7 +7,7 @@ from rectmerge.errors import InputError
 from scenarios.report.page import write_report
 from scenarios.report.reading import Runs
 from scenarios.report.standings import standings
-from tests.scenarios.made import Source, run_pairs
+from tests.scenarios.known_answers import Source, run_pairs
 from tests.scenarios.report.conftest import METHODS
 
 

@@ -15,7 +15,7 @@ from scenarios.scoring.score import (
     outcome_of,
     stratum_of,
 )
-from tests.scenarios.made import TRUTH, pair
+from tests.scenarios.known_answers import TRUTH, pair
 
 similarities = st.builds(
     Similarity,

@@ -4,7 +4,7 @@ import pytest
 from rectmerge._kernels.shrinking import SPECK, SURFACE, describe_walls
 from rectmerge.robust import hypotheses
 from scenarios.studies.ablation import ABLATIONS, Ablation, ablated_rows, no_specks
-from tests.scenarios.made import pair
+from tests.scenarios.known_answers import pair
 
 
 @pytest.mark.parametrize("ablation", ABLATIONS[1:], ids=lambda ablation: ablation.name)

@@ -18,7 +18,7 @@ from scenarios.studies.default_method_page import (
     risk_table,
 )
 from tests.scenarios.dataset.test_reader import ROW, UNRELATED, write
-from tests.scenarios.made import Source
+from tests.scenarios.known_answers import Source
 
 SOURCES = {"made": [Source(source_id="m0"), Source(source_id="m1", fails=True)]}
 

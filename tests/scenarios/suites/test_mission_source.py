@@ -10,7 +10,7 @@ from scenarios.dataset.packing import make
 from scenarios.suites import mission_source as missionsource
 from scenarios.suites.mission_source import BUILDINGS, MissionSource
 from scenarios.suites.spec import Scenario
-from tests.scenarios.made import pair
+from tests.scenarios.known_answers import pair
 from tests.sim.made import office_log
 
 SOURCE = MissionSource("made", Scenario(name="office", noise=(0, 1)), 3)
