@@ -52,7 +52,7 @@ def ask_within(pair: MapPair, contender: Contender, *, seed: int = 0, limits: Li
 
 
 def _scale_for(pair: MapPair, contender: Contender) -> Scale:
-    """Return the pixel scale that a contender gets: where it knows the scale the true one.
+    """Return the pixel scale that a contender gets: the true one if it knows the scale.
 
     For maps of two places that is the ratio of the resolutions, and free where these are unknown.
     """

@@ -1,4 +1,4 @@
-"""A method put to easy pairs, and what is wrong with it told by name."""
+"""Check of a method on easy pairs, which names its mistake."""
 
 from __future__ import annotations
 
@@ -37,24 +37,24 @@ class Asked:
 
     @property
     def found(self) -> Alignment | None:
-        """The answer; None where the method failed."""
+        """Return the method's answer; None where it failed."""
         return self.answer.attempt.value
 
     @property
     def is_right(self) -> bool:
-        """Whether the best candidate is right, whatever the verdict."""
+        """Return True if the best candidate is right, whatever the verdict."""
         return is_best_right(self.row)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Checked:
-    """What a check found: the answers, and what is wrong, a line each; none where all is well."""
+    """Answers of a checked method, and a complaint for each fault."""
 
     answers: Sequence[Asked]
     complaints: Sequence[str]
 
     def told(self) -> str:
-        """Lay out a line for each pair, and then what is wrong."""
+        """Return a table of the pairs, and the complaints below it."""
         lines = [f"wrong: {complaint}" for complaint in self.complaints] or ["all is well"]
         return "\n".join([table(HEADS, [_cells(asked) for asked in self.answers]), "", *lines])
 
@@ -62,7 +62,7 @@ class Checked:
 def check_method(
     label: str, method: Method, *, seed: int = 0, on_answer: Callable[[str], None] = lambda pair: None
 ) -> Checked:
-    """Put a method to every easy pair, twice with the same seed, in a process of its own, and say what is wrong.
+    """Put a method to every easy pair, twice with the same seed, in a process of its own, and list its faults.
 
     Parameters
     ----------
@@ -92,13 +92,13 @@ def _ask(pair: MapPair, contender: Contender, seed: int) -> Asked:
 
 
 def _content(asked: Asked) -> str:
-    """Return what two answers with the same seed must share."""
+    """Return the parts in which two answers with the same seed must agree."""
     row = asked.row
     return to_json([row["outcome"], row["verdict"], row["confidence"], row["candidates"]])
 
 
 def _complaints(answers: Sequence[Asked]) -> list[str]:
-    """Say what is wrong with the answers that were given, and with those that were not."""
+    """List the faults of all answers."""
     return [
         *_about_failures(answers),
         *_about_placements(answers),
@@ -172,7 +172,7 @@ def _listed(pairs: Sequence[str]) -> str:
 
 
 def _cells(asked: Asked) -> list[str]:
-    """Lay out the line of one pair."""
+    """Return the table row of one pair."""
     row = asked.row
     verdict: str = row["verdict"] or row["outcome"]
     if row["candidates"]:

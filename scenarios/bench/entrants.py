@@ -1,4 +1,4 @@
-"""Who takes part in the leaderboard: each method with its authors' parameters, and tuned."""
+"""Entrants of the leaderboard: each method with its authors' parameters, and tuned."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EVERYBODY = "everybody"  # a name that stands for all of them
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Entrant(Contender):
-    """A method with its authors' parameters, and what of it is tuned.
+    """A method with its authors' parameters, and the space in which it is tuned.
 
     Parameters
     ----------

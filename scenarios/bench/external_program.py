@@ -1,4 +1,4 @@
-"""Somebody's program, in any language, as a method: it gets two images and prints where B lies on A."""
+"""External programs, in any language, as methods: a program gets two images and prints the placement of B on A."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from rectmerge.errors import InputError, RectMergeError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.io.map_file import write_map
 from rectmerge.similarity import Similarity
-from scenarios.execution.limits import die_with, how_it_ended
+from scenarios.execution.limits import describe_exit, die_with
 
 REJECTED = 1  # the exit status that means "no"
 TAIL_BYTES = 65536  # of what a program printed, which is looked through for its last line
@@ -71,7 +71,7 @@ class Program:
     def align(
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
-        """Run the program; it is not told `rng`, and of `scale` where it is one number.
+        """Run the program; it gets no `rng`, and `scale` only if that is one number.
 
         Raises
         ------
@@ -90,7 +90,7 @@ class Program:
             if status == REJECTED:
                 return Alignment(verdict="rejected", reason="the program rejects", method=self.name, trace=trace)
             if status != 0:
-                raise ProgramError(f"{self.program} {how_it_ended(status)}")
+                raise ProgramError(f"{self.program} {describe_exit(status)}")
             matrix, confidence = read_answer(_last_line(said))
         best = Candidate.from_pixels(_nearest(matrix, b), a, b, confidence=confidence)
         return Alignment(
@@ -121,7 +121,7 @@ def labelled(programs: Iterable[Program], taken: Iterable[str]) -> dict[str, Pro
 
 
 def read_answer(line: str) -> tuple[NDArray[np.float64], float]:
-    """Read the line that a program prints: its matrix, shape (2, 3), and its confidence, not a number where untold.
+    """Read the line that a program prints: its matrix, shape (2, 3), and its confidence, NaN if there is none.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The mistakes that people make with a 2x3 matrix between two images, and which of them a method makes."""
+"""Common mistakes with a 2x3 matrix between two images, and the detection of the one that a method makes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Mistake:
 
 
 def name_mistake(answers: Sequence[tuple[MapPair, NDArray[np.float64]]]) -> Mistake | None:
-    """Name the mistake under which a method's answers, shape (2, 3) each, become right; None where none explains them.
+    """Name the mistake that, once undone, makes a method's answers right, shape (2, 3) each; None if none does.
 
     Notes
     -----

@@ -38,11 +38,11 @@ class Results:
 
     @property
     def count(self) -> int:
-        """How many rows there were at the start."""
+        """Return the number of rows at the start."""
         return len(self._done)
 
     def holds(self, task_id: str) -> bool:
-        """Whether the row of a task was there at the start."""
+        """Return True if the row of a task existed at the start."""
         number = np.uint64(int(task_id, 16))
         place = int(np.searchsorted(self._done, number))
         return place < len(self._done) and bool(self._done[place] == number)
@@ -59,7 +59,7 @@ class Results:
 
 
 @contextmanager
-def results_in(out: str | Path, record: str, *, force: bool) -> Iterator[Results]:
+def open_results(out: str | Path, record: str, *, force: bool) -> Iterator[Results]:
     """Open a run's folder to begin a run, or to go on with the one that it holds.
 
     Parameters
@@ -92,7 +92,7 @@ def results_in(out: str | Path, record: str, *, force: bool) -> Iterator[Results
         yield Results(journal)
 
 
-def rows_in(path: Path) -> Iterator[Row]:
+def read_row_file(path: Path) -> Iterator[Row]:
     """Read rows one by one.
 
     Raises
@@ -112,7 +112,7 @@ def rows_in(path: Path) -> Iterator[Row]:
 
 
 def _clear(folder: Path, journal: Journal) -> None:
-    """Clear a run's files, the rows last: what is left of an interrupted clearing is still refused."""
+    """Clear a run's files, the rows last, so that a run half cleared is still refused."""
     for name in (SUMMARY, MACHINE, RECORD):
         (folder / name).unlink(missing_ok=True)
     journal.clear()
@@ -133,7 +133,7 @@ def _check_same(folder: Path, record: str) -> None:
 
 def _task_numbers(path: Path) -> NDArray[np.uint64]:
     """Return the ids of the rows as numbers, ascending: eight bytes each, however many there are."""
-    return np.sort(np.frombuffer(array("Q", (_number(row, path) for row in rows_in(path))), dtype=np.uint64))
+    return np.sort(np.frombuffer(array("Q", (_number(row, path) for row in read_row_file(path))), dtype=np.uint64))
 
 
 def _number(row: Row, path: Path) -> int:

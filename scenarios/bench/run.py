@@ -15,7 +15,7 @@ from rectmerge.io.image_file import replace_file
 from rectmerge.results.folder import plain
 from scenarios.bench.contenders import Contender
 from scenarios.bench.plan import RunPlan
-from scenarios.bench.resume import MACHINE, RECORD, RESULTS, SUMMARY, Results, results_in, rows_in
+from scenarios.bench.resume import MACHINE, RECORD, RESULTS, SUMMARY, Results, open_results, read_row_file
 from scenarios.bench.task_ids import run_id, task_ids
 from scenarios.bench.tasks import RunSettings, Task, TaskResult, failed_task, run_task
 from scenarios.dataset.generate import SCHEMA
@@ -105,7 +105,7 @@ def run(
         raise InputError(f"labels must differ, got {', '.join(labels)}")
     this_run, pairs = run_id(plan.sources, plan.contenders, suite=plan.suite, seed=plan.seed)
     record = _record(plan, execution.limits, this_run, pairs)
-    with results_in(out, record, force=force) as results:
+    with open_results(out, record, force=force) as results:
         callbacks.on_start(results.count)
         keeps_pairs = plan.card is not None and (force or not finished_info(results.folder / DATASET))
         if results.count < pairs * len(labels) or keeps_pairs:
@@ -132,7 +132,7 @@ def read_rows(folder: str | Path) -> list[Row]:
     for name in (RESULTS, SUMMARY):
         if not (Path(folder) / name).is_file():
             raise InputError(f"{folder}: no finished run: there is no {name} in it")
-    return list(rows_in(Path(folder) / RESULTS))
+    return list(read_row_file(Path(folder) / RESULTS))
 
 
 def _run_tasks(
@@ -183,7 +183,7 @@ def _record(plan: RunPlan, limits: Limits, this_run: str, pairs: int) -> str:
 
 
 def _contender_record(contender: Contender) -> dict[str, Any]:
-    """Return what ``run.toml`` keeps of a contender: every field of its method, set or by default."""
+    """Return a contender's table in ``run.toml``: every field of its method, set or by default."""
     method = contender.method
     set_ = {f.name: getattr(method, f.name) for f in dataclasses.fields(cast(Any, method)) if f.name != "name"}
     return {"label": contender.label, "method": method.name, "knows_scale": contender.knows_scale, "set": set_}
@@ -191,7 +191,7 @@ def _contender_record(contender: Contender) -> dict[str, Any]:
 
 def _summary(plan: RunPlan, path: Path) -> dict[str, Any]:
     """Return the content of ``summary.json``."""
-    by_method = summarise(rows_in(path))
+    by_method = summarise(read_row_file(path))
     methods = {contender.label: by_method[contender.label] for contender in plan.contenders}
     rows = sum(part["n"] for strata in methods.values() for name, part in strata.items() if name not in APART)
     return {"schema": "rectmerge.summary/1", "suite": plan.suite, "rows": rows, "methods": methods}

@@ -73,10 +73,10 @@ def carmen(
 
 def _write_map(seen: Survey, output: Path, *, resolution: float, force: bool) -> None:
     from rectmerge.io.map_file import write_map
-    from scenarios.execution.files import cleared_folder
+    from scenarios.execution.files import clear_folder
 
     grid = seen.map(resolution)
-    write_map(grid, cleared_folder(output, MAP, force=force) / MAP[0])
+    write_map(grid, clear_folder(output, MAP, force=force) / MAP[0])
     how = "our scan matching" if seen.is_matched else "the log's poses"
     height, width = grid.shape
     typer.echo(f"{len(seen.robot.times)} scans that moved on, by {how}: {width} x {height} cells of {resolution:g} m")

@@ -1,4 +1,4 @@
-"""The command `rectbench check-method`: what is wrong with a method, for its author."""
+"""The command `rectbench check-method`, which names the faults of a method for its author."""
 
 from __future__ import annotations
 

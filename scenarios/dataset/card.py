@@ -1,4 +1,4 @@
-"""The card of a data set: what it holds and how it is loaded, for people and for hubs, with a picture."""
+"""The card of a data set: its content and how to load it, for people and for hubs, with a picture."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from rectmerge.drawing.maps import beside
 from scenarios.dataset.contact_sheet import paletted_png, strip
-from scenarios.dataset.metadata import checked_row, line_at, metadata_lines, parsed_row
+from scenarios.dataset.metadata import check_row, line_at, metadata_lines, parse_row
 from scenarios.dataset.reader import split_folders
 from scenarios.pairs.pair import MapPair
 
@@ -131,7 +131,7 @@ def picture(dataset: Path) -> bytes:
     """Draw some pairs of a data set, evenly chosen, as a PNG: A, B, and B on A by the truth."""
     places = [(folder, line.start) for folder in split_folders(dataset) for line in metadata_lines(folder)]
     chosen = [(folder, line_at(folder, start)) for folder, start in places[:: -(-len(places) // PAIRS)]]
-    pairs = [checked_row(parsed_row(line), folder, "", line.place).pair() for folder, line in chosen]
+    pairs = [check_row(parse_row(line), folder, "", line.place).pair() for folder, line in chosen]
     return paletted_png(beside([strip(pair) for pair in pairs], [_caption(pair) for pair in pairs], columns=COLUMNS))
 
 

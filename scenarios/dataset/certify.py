@@ -1,4 +1,4 @@
-"""Which of a data set's pairs that the default method accepts are certified."""
+"""Certificates for the pairs of a data set that the default method accepts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OPEN = "left open"
 def certify_dataset(
     dataset: str | Path, *, every: int = 1, seconds: float = 10.0, on_pair: Callable[[], None] = lambda: None
 ) -> list[tuple[str, Certificate]]:
-    """Ask the default method for every so many-th pair, and certify what it accepts.
+    """Put the default method to every n-th pair, and certify its accepted answers.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def certify_dataset(
 
 
 def told(found: Sequence[tuple[str, Certificate]]) -> str:
-    """Lay the certificates out: a line for each pair, and how many there are of each kind."""
+    """Format certificates: a line for each pair, and the count of each kind."""
     rows = [[pair_id, _kind(one), f"{one.seconds:.1f}", str(one)] for pair_id, one in found]
     kinds = [_kind(one) for _, one in found]
     counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in ("certified", "rivalled", OPEN))

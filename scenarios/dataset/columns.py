@@ -8,7 +8,7 @@ from typing import Any
 
 
 class Columns:
-    """What the rows of a data set hold under each key, learnt from all of them.
+    """Types of a data set's columns, learnt from all rows.
 
     Readers such as `datasets` take a column's type from a split's first rows, and want the same in every split. First
     stand the related pairs: what all of these tell has its type, and is null where an unrelated pair does not tell it.

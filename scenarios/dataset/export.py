@@ -9,7 +9,7 @@ from typing import Any
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.io.map_file import write_map
-from scenarios.execution.files import cleared_folder, write_json
+from scenarios.execution.files import clear_folder, write_json
 from scenarios.pairs.map_view import MapSpec
 from scenarios.pairs.pair import MapPair, make_pair
 from sim.missions.log import MissionLog
@@ -24,7 +24,7 @@ MISSION_FILES = (
 def write_mission(
     folder: str | Path, log: MissionLog, pair: MapPair | None = None, *, force: bool = False
 ) -> list[Path]:
-    """Write what one mission knows, each file whole or not at all.
+    """Write the data of one mission, each file whole or not at all.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def write_mission(
     """
     pair = pair or make_pair(log, MapSpec(), MapSpec(), log.seed)
     log = _as_mapped(log, pair)
-    to = cleared_folder(folder, MISSION_FILES, force=force)
+    to = clear_folder(folder, MISSION_FILES, force=force)
     written = []
     for name, robot, grid, poses in zip("ab", (log.a, log.b), (pair.a, pair.b), pair.poses or (), strict=True):
         resolution, origin = pair.info[f"resolution_{name}"], tuple(pair.info[f"origin_{name}"])
@@ -92,7 +92,7 @@ def _as_mapped(log: MissionLog, pair: MapPair) -> MissionLog:
 
 
 def truth_of(pair: MapPair, log: MissionLog) -> dict[str, Any]:
-    """Return how the maps of a pair relate and how they were made, as plain data.
+    """Return the truth of a pair and the settings of its maps, as plain data.
 
     `pixels`, `control_points` and `residual_px` are null where the maps have too little in common; `discarded` says why
     earlier tries at the mission came to nothing.

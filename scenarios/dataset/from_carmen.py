@@ -55,11 +55,11 @@ class CutSource:
         return (self.source_id,)
 
     def is_related(self, pair_id: str) -> bool:
-        """Say yes: both parts are of one log."""
+        """Return True: both parts are of one log."""
         return True
 
     def pairs(self) -> Iterator[MapPair]:
-        """Map both parts, and find what they have in common.
+        """Map both parts, and find their common surface points.
 
         Raises
         ------
@@ -162,7 +162,7 @@ class CarmenSuite:
 
     @property
     def description(self) -> str:
-        """What it asks."""
+        """Description for the card."""
         poses = "our scan matching with loop closure" if self.survey.is_matched else "the log's own poses"
         alone = "its scans matched anew without the other part's" if self.survey.is_matched else "by those poses"
         return (

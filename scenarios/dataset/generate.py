@@ -28,7 +28,7 @@ Form = Literal["files", "mcap"]
 
 
 class PairSuite(Protocol):
-    """What a data set is made of: a dataclass, as `scenarios.suites.suite.Suite` is."""
+    """Sources and description of a data set: a dataclass such as `scenarios.suites.suite.Suite`."""
 
     @property
     def name(self) -> str:
@@ -40,15 +40,15 @@ class PairSuite(Protocol):
 
     @property
     def description(self) -> str:
-        """What it asks."""
+        """Description for the card."""
 
     def sources(self) -> Sequence[PairSource]:
-        """Where its pairs come from, in order."""
+        """Return the sources of the pairs, in order."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """A source with the number of its first pair in the data set, how many of its pairs are wanted, and its limits."""
+    """A source with the number of its first pair in the data set, the count of pairs wanted, and its limits."""
 
     source: PairSource
     first: int
@@ -70,7 +70,7 @@ def generate(
     command: str | None = None,
     on_done: Callable[[int], None] = lambda pairs: None,
 ) -> dict[str, Any]:
-    """Make a data set of a suite, or go on where an earlier call with the same arguments was interrupted.
+    """Make a data set of a suite, or continue an interrupted call with the same arguments.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def generate(
 
 
 def check_form(suite: PairSuite, form: Form) -> None:
-    """Refuse bags where they cannot be written.
+    """Refuse bags if they cannot be written.
 
     Raises
     ------
@@ -144,7 +144,7 @@ def check_form(suite: PairSuite, form: Form) -> None:
 
 
 def told(info: Mapping[str, Any], *, as_json: bool = False) -> str:
-    """Sum up what was made, for people or as JSON; the checksums are left in the file."""
+    """Summarise a data set, for people or as JSON without checksums."""
     if as_json:
         return to_json({key: value for key, value in info.items() if key != "checksums"})
     splits = ", ".join(f"{split} {part['pairs']} pairs" for split, part in info["splits"].items())
@@ -153,7 +153,7 @@ def told(info: Mapping[str, Any], *, as_json: bool = False) -> str:
 
 
 def plan(suite: PairSuite, *, pairs: int | None = None, seed: int = 0, form: Form = "files") -> Iterator[Job]:
-    """Yield what is to be made, in the order in which it is numbered.
+    """Yield the jobs, in the order of their numbers.
 
     Raises
     ------
@@ -210,7 +210,7 @@ def _parts(value: Any) -> dict[str, Any]:
 
 
 def identity_of(suite: PairSuite, *, pairs: int | None, seed: int, form: Form = "files") -> dict[str, Any]:
-    """Return what the bytes of a data set depend on, as plain data."""
+    """Return all that determines the bytes of a data set, as plain data."""
     machine = describe_machine()
     versions = {"python": machine["python"], **machine["packages"], "commit": machine["commit"]}
     content = hashlib.sha256(repr(suite).encode()).hexdigest()

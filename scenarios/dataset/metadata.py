@@ -61,7 +61,7 @@ class CheckedRow:
     info: Mapping[str, Any] = field(default_factory=dict)
 
     def pair(self) -> MapPair:
-        """Read the maps, and measure their overlap under the truth where the row does not tell it.
+        """Read the maps, and measure their overlap under the truth if the row has none.
 
         Raises
         ------
@@ -88,7 +88,7 @@ class CheckedRow:
 
 
 class Line(NamedTuple):
-    """A line of a file: where it begins, in bytes; where it stands, as ``file:line``; and what it says."""
+    """A line of a file: its start, in bytes; its place, as ``file:line``; and its text."""
 
     start: int
     place: str
@@ -131,8 +131,8 @@ def line_at(folder: Path, start: int) -> Line:
         raise DatasetError(f"{path}: cannot be read: {error}") from error
 
 
-def parsed_row(line: Line) -> dict[str, Any]:
-    """Parse a row, or say where and why it is none."""
+def parse_row(line: Line) -> dict[str, Any]:
+    """Parse a row; an error names the line and the reason."""
     try:
         row = json.loads(line.text)
     except ValueError as error:
@@ -142,8 +142,8 @@ def parsed_row(line: Line) -> dict[str, Any]:
     return row
 
 
-def checked_row(row: dict[str, Any], folder: Path, suite: str, place: str) -> CheckedRow:
-    """Check a row, or say where and why it does not keep the layout.
+def check_row(row: dict[str, Any], folder: Path, suite: str, place: str) -> CheckedRow:
+    """Check a row's layout; an error names the line and the reason.
 
     Parameters
     ----------

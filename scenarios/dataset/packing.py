@@ -1,4 +1,4 @@
-"""The pairs of one source as files and rows of a data set: packed where they are made, written where they are kept."""
+"""Packing of a source's pairs as files and rows of a data set, in the process that makes them."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Explorer(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Package:
-    """What a source adds to a data set. Picklable.
+    """Files and rows that a source adds to a data set. Picklable.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Package:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Made:
-    """The pairs of a source, and what they add to a data set. Picklable.
+    """Pairs of a source, and their package. Picklable.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class Made:
 def make_within(
     limits: Limits, source: PairSource, first: int | None, count: int | None = None, *, bags: bool = False
 ) -> Made:
-    """Make the pairs of a source; where that takes a mission, in a child process, which is killed if it takes too much.
+    """Make the pairs of a source; missions run in a child process, which is killed if it exceeds its limits.
 
     Parameters
     ----------
@@ -106,14 +106,14 @@ def make_within(
 
 
 def lost(source: PairSource, tried: Attempt[Any], count: int | None = None) -> Made:
-    """Return what there is of a source none of whose pairs could be made."""
+    """Return the package of a source none of whose pairs could be made."""
     failed = dict.fromkeys(source.pair_ids[:count], tried.reason)
     package = Package(source_id=source.source_id, failed=failed)
     return Made(package=package, failure=tried.failure or "error", log=tried.log)
 
 
 def make(source: PairSource, first: int | None, count: int | None = None, *, bags: bool = False) -> Made:
-    """Make the pairs of a source and pack them; what cannot be made is told in `failed`, and the rest is kept.
+    """Make the pairs of a source and pack them; `failed` names the pairs that could not be made.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def _make(
 
 
 def _packed(pair: MapPair, number: int, log: MissionLog | None) -> tuple[MetadataRow, dict[str, bytes]]:
-    """Lay a pair out as a row and files."""
+    """Return the row and the files of a pair."""
     split = str(pair.info.get("split") or "test")
     if split not in SPLITS:
         raise SimulationError(f"{pair.pair_id}: split must be one of {', '.join(SPLITS)}, got {split!r}")
@@ -191,7 +191,7 @@ def _packed(pair: MapPair, number: int, log: MissionLog | None) -> tuple[Metadat
 
 
 def _bag(pair: MapPair, number: int, made: MadeFrom | None) -> tuple[str, dict[str, bytes]]:
-    """Write a pair's mission as a bag, by path in its split; empty where no robots can have made the pair."""
+    """Write a pair's mission as a bag, by path in its split; empty if no robots can have made the pair."""
     if made is None:
         return "", {}
     folder = f"bags/{number:06d}"
@@ -199,7 +199,7 @@ def _bag(pair: MapPair, number: int, made: MadeFrom | None) -> tuple[str, dict[s
 
 
 def _truth(pair: MapPair) -> MetadataRow:
-    """How the maps relate, rounded, with the residual that the rounded numbers leave."""
+    """Return the truth, rounded, with the residual of the rounded numbers."""
     empty = dict.fromkeys(("pixels", "control_points", "residual_px", "b_to_a"))
     if pair.pixels is None or pair.control_points is None:
         return {"related": pair.related, **empty, "overlap": pair.overlap}

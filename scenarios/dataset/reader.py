@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rectmerge.errors import DatasetError
-from scenarios.dataset.metadata import METADATA, CheckedRow, checked_row, line_at, metadata_lines, parsed_row
+from scenarios.dataset.metadata import METADATA, CheckedRow, check_row, line_at, metadata_lines, parse_row
 from scenarios.pairs.pair import MapPair, PairSource
 
 SPLITS = ("train", "test")
@@ -16,7 +16,7 @@ SPLITS = ("train", "test")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowSource:
-    """One row of a data set, by where its line begins: a `PairSource` that holds nothing of it until asked.
+    """One row of a data set, by the start of its line: a `PairSource` that reads the row when asked.
 
     Parameters
     ----------
@@ -47,12 +47,12 @@ class RowSource:
         return (self.pair_id,)
 
     def is_related(self, pair_id: str) -> bool:
-        """Say what the row said when the data set was opened: it may be what cannot be read any more."""
+        """Return `related` as it was when the data set was opened: the row may be unreadable by now."""
         return self.related
 
     @property
     def info(self) -> Mapping[str, Any]:
-        """What else the row tells."""
+        """Return the optional keys of the row."""
         return self.row().info
 
     def row(self) -> CheckedRow:
@@ -64,10 +64,10 @@ class RowSource:
             If it no longer keeps the layout.
         """
         line = line_at(self.folder, self.start)
-        return checked_row(parsed_row(line), self.folder, self.suite, line.place)
+        return check_row(parse_row(line), self.folder, self.suite, line.place)
 
     def pairs(self) -> Iterator[MapPair]:
-        """Read the maps, and measure their overlap under the truth where the row does not tell it.
+        """Read the maps, and measure their overlap under the truth if the row has none.
 
         Raises
         ------
@@ -78,7 +78,7 @@ class RowSource:
 
 
 def is_dataset(path: str | Path) -> bool:
-    """Say whether a path is a data set, or one split of it."""
+    """Return True if a path is a data set, or one split of it."""
     return bool(split_folders(Path(path)))
 
 
@@ -111,7 +111,7 @@ def open_dataset(path: str | Path, *, split: str | None = None) -> list[PairSour
     sources: dict[str, PairSource] = {}
     for folder in folders:
         for line in metadata_lines(folder):
-            row = checked_row(parsed_row(line), folder, suite, line.place)
+            row = check_row(parse_row(line), folder, suite, line.place)
             if row.pair_id in sources:
                 raise DatasetError(f"{line.place}: pair_id {row.pair_id!r} is used twice")
             sources[row.pair_id] = RowSource(

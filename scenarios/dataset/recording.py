@@ -1,4 +1,4 @@
-"""What each robot of a pair drove, saw and mapped, as a recording of it would tell: in its own frames, over time."""
+"""Recordings of a pair's robots: poses, scans and growing maps, in each robot's own frames, over time."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ VERSION: Literal[8] = 8  # of rosbag2's metadata: the newest that all distributi
 
 
 class _Sent(NamedTuple):
-    """A message: when, in nanoseconds; its place among those of one time; and where to."""
+    """A message: time, in nanoseconds; rank among those of one time; and topic."""
 
     time: int
     order: int
@@ -85,7 +85,7 @@ class _Maker:
         self._types = types
 
     def streams(self, robot: str, one: Recording) -> list[Iterator[_Sent]]:
-        """Return what a robot sends, in streams that each are in order of time."""
+        """Return a robot's messages, in streams that each are in order of time."""
         return [
             self._transforms(robot, one),
             self._odometry(robot, one),
@@ -94,7 +94,7 @@ class _Maker:
         ]
 
     def still(self, recordings: dict[str, Recording]) -> Iterator[_Sent]:
-        """Yield where the scanners stand, once, before anything moves."""
+        """Yield the static transforms of the scanners, once, before anything moves."""
         start = min(_nanoseconds(one.times[0]) for one in recordings.values())
         links = [
             self._link(start, f"{robot}/base", f"{robot}/scan", np.zeros(3), height_m=one.lidar.height_m)

@@ -1,4 +1,4 @@
-"""Whether a data set is what it says: checksums, rows, truth, overlaps, maps and splits, all recomputed."""
+"""Verification of a data set: checksums, rows, truth, overlaps, maps and splits, all recomputed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rectmerge.errors import DatasetError, InputError, RectMergeError
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.io.map_file import map_files, read_map
 from rectmerge.similarity import Similarity
-from scenarios.dataset.metadata import METADATA, Line, checked_row, metadata_lines, parsed_row
+from scenarios.dataset.metadata import METADATA, Line, check_row, metadata_lines, parse_row
 from scenarios.dataset.reader import dataset_name, split_folders
 from scenarios.dataset.writer import JOURNAL, checksum, finished_info
 from scenarios.pairs.pair import MapPair
@@ -27,7 +27,7 @@ RESOLUTION_WITHIN = 1e-6  # of itself
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What was looked at, and what is wrong, each with its file and line.
+    """Counts of a verification, and its faults, each with file and line.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Verdict:
 
 @dataclass(slots=True)
 class _Seen:
-    """What is unique, or belongs to one split, with where it was seen first."""
+    """Ids and buildings seen so far, each with the place of its first use."""
 
     pair_ids: dict[str, str] = field(default_factory=dict)
     buildings: dict[str, tuple[str, str]] = field(default_factory=dict)  # split and place
@@ -111,10 +111,10 @@ def _wrong_counts(root: Path, info: dict[str, Any] | None, folders: list[Path]) 
 
 
 def _wrong_in_line(line: Line, folder: Path, suite: str, seen: _Seen) -> Iterator[str]:
-    """Say what is wrong with a row and its maps."""
+    """Yield the faults of a row and its maps."""
     try:
-        row = parsed_row(line)
-        pair = checked_row(row, folder, suite, line.place).pair()
+        row = parse_row(line)
+        pair = check_row(row, folder, suite, line.place).pair()
     except RectMergeError as error:
         yield str(error).removeprefix(f"{line.place}: ")
         return
@@ -147,7 +147,7 @@ def _wrong_fit(pixels: Similarity, points: NDArray[np.float64]) -> Iterator[str]
 
 
 def _wrong_frames(told: Any, pair: MapPair, pixels: Similarity) -> Iterator[str]:
-    """Check `b_to_a` where it is between the frames that the maps are read in."""
+    """Check `b_to_a` if it is between the frames in which the maps are read."""
     if not isinstance(told, dict) or told.get("unit") != pair.a.unit:
         return
     try:
@@ -162,7 +162,7 @@ def _wrong_frames(told: Any, pair: MapPair, pixels: Similarity) -> Iterator[str]
 
 
 def _wrong_map(row: dict[str, Any], name: str, folder: Path) -> Iterator[str]:
-    """Check the YAML of a map, which lies beside its image or is named by the row, and the building's raster."""
+    """Check the YAML of a map, which the row names or which has its image's name, and the building's raster."""
     image = folder / row[f"map_{name}_file_name"]
     header = folder / (row.get(f"map_{name}_yaml") or image.with_suffix(".yaml").relative_to(folder))
     if header.is_file():

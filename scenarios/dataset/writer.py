@@ -1,4 +1,4 @@
-"""A data set as it grows: what a source made is kept whole or not at all, and the files do not tell in which order."""
+"""Writer of a data set that grows by whole sources; the files do not depend on the order of the work."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class DataSetWriter:
         self._journal.close()
 
     def write(self, package: Package) -> None:
-        """Keep what a source made: its files first, then its line.
+        """Write a source's package: its files first, then its line.
 
         Raises
         ------
@@ -112,7 +112,7 @@ class DataSetWriter:
         InputError
             If there is no pair, or a file cannot be written.
         """
-        found = _Found.of(self._journal)
+        found = _JournalIndex.of(self._journal)
         if not found.places:
             reason = found.failed[0]["reason"] if found.failed else "there are no sources"
             raise InputError(f"{self.folder}: no pair came to be: {reason}")
@@ -142,7 +142,7 @@ class DataSetWriter:
             raise InputError(f"{self.folder}: holds something else ({held.name}); name another folder")
 
     def _begin(self, *, force: bool) -> dict[str, int]:
-        """Go on where an earlier call was interrupted, or start anew."""
+        """Continue an interrupted call, or start anew."""
         for part in (path for folder in FOLDERS for path in self.folder.glob(f"{folder}.*.part")):
             part.unlink()
         self._journal.mend()
@@ -161,7 +161,7 @@ class DataSetWriter:
         self._journal.append(self.identity)
         return {}
 
-    def _write_split(self, split: str, found: _Found) -> dict[str, int]:
+    def _write_split(self, split: str, found: _JournalIndex) -> dict[str, int]:
         """Write a split's rows: the related pairs first, as `Columns` has it, each kind by id."""
         places = sorted(place for place in found.places if place.split == split)
         if not places:
@@ -180,7 +180,7 @@ class DataSetWriter:
 
 
 class _Place(NamedTuple):
-    """Where a row stands in the journal, in the order of the finished rows."""
+    """Position of a row in the journal; sorts in the order of the finished rows."""
 
     split: str
     is_unrelated: bool
@@ -189,8 +189,8 @@ class _Place(NamedTuple):
     nth: int
 
 
-class _Found:
-    """What a journal holds, without the rows themselves."""
+class _JournalIndex:
+    """Index of a journal, without the rows themselves."""
 
     def __init__(self) -> None:
         self.places: list[_Place] = []
@@ -200,7 +200,7 @@ class _Found:
         self.failed: list[dict[str, str]] = []
 
     @classmethod
-    def of(cls, journal: Journal) -> _Found:
+    def of(cls, journal: Journal) -> _JournalIndex:
         found = cls()
         entries = journal.entries()
         next(entries)  # the identity
@@ -216,7 +216,7 @@ class _Found:
 
 
 def finished_info(folder: str | Path) -> dict[str, Any] | None:
-    """Return what ``dataset_info.json`` says of a finished data set; None where there is none."""
+    """Return the content of a finished data set's ``dataset_info.json``; None if there is none."""
     path = Path(folder)
     if (path / JOURNAL).is_file() or not (path / INFO).is_file():
         return None

@@ -1,4 +1,4 @@
-"""Calls that may fail in any way, and what they take: whatever happens becomes a row."""
+"""Calls that may fail in any way, with their failures as values, and the memory of processes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OPENCV_NO_MEMORY = -4  # cv::Error::StsNoMem, which OpenCV raises in place of Me
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Attempt(Generic[T]):
-    """What came of a call: its value, or the outcome, the reason and the traceback of its failure."""
+    """Result of a call: its value, or the outcome, the reason and the traceback of its failure."""
 
     value: T | None = None
     failure: Outcome | None = None
@@ -50,7 +50,7 @@ def reset_peak_memory() -> bool:
 
 
 def peak_memory_mb() -> float | None:
-    """Return the highest resident memory of this process since the reset, in MB; None where it cannot be told."""
+    """Return the highest resident memory of this process since the reset, in MB; None if the system does not say."""
     try:
         status = Path("/proc/self/status").read_text(encoding="ascii", errors="replace")
     except OSError:
@@ -60,7 +60,7 @@ def peak_memory_mb() -> float | None:
 
 
 def memory_mb(pid: int) -> float:
-    """Return the resident memory of a process and of those it started, in MB; 0 where it cannot be told."""
+    """Return the resident memory of a process and of those it started, in MB; 0 if the process has ended."""
     process = Path(f"/proc/{pid}")
     try:
         pages = int((process / "statm").read_text(encoding="ascii").split()[1])

@@ -1,4 +1,4 @@
-"""Where work is done: in this process, in local workers or on a cluster, with tasks that kill their workers told."""
+"""Executors of tasks: this process, local workers or a cluster, with detection of tasks that kill their workers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from typing import Any, ParamSpec, TypeVar
 from rectmerge.errors import InputError, RectMergeError
 from rectmerge.extras import require_extras
 from scenarios.execution.attempt import memory_mb
-from scenarios.execution.limits import DEATHS, die_with, how_it_ended
+from scenarios.execution.limits import DEATHS, describe_exit, die_with
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -36,11 +36,11 @@ REACHED_WITHIN_S = 10.0  # a cluster, and its first worker
 
 
 class WorkerDiedError(RectMergeError):
-    """A worker process ended in the middle of a task; `out_of_memory` where the system killed it."""
+    """Death of a worker process in the middle of a task; `out_of_memory` if the system killed it."""
 
     def __init__(self, status: int | None) -> None:
         self.out_of_memory = status == -signal.SIGKILL
-        why = "died" if status is None else how_it_ended(status)
+        why = "died" if status is None else describe_exit(status)
         super().__init__(f"the worker process {why}, {DEATHS} times")
 
 
@@ -79,7 +79,7 @@ class LocalPool(Executor):
                 return self._pool.submit(fn, *args, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Stop the workers; without `wait`, in the middle of what they do."""
+        """Stop the workers; without `wait`, in the middle of their tasks."""
         if not wait:
             for worker in list(self._workers.values()):
                 worker.kill()
@@ -87,7 +87,7 @@ class LocalPool(Executor):
 
     @property
     def status(self) -> int | None:
-        """How the worker ended that broke the pool; the others were then ended by the pool, with SIGTERM."""
+        """Return the exit status of the worker that broke the pool; the pool then ended the others with SIGTERM."""
         ends = time.monotonic() + ENDED_WITHIN_S
         while None in (ended := {worker.exitcode for worker in self._workers.values()}) and time.monotonic() < ends:
             time.sleep(0.01)
@@ -103,7 +103,7 @@ class LocalPool(Executor):
 
 @contextmanager
 def local_workers(count: int) -> Iterator[LocalPool | None]:
-    """Open worker processes, None for one; where the body fails they stop in the middle of what they do."""
+    """Open worker processes, None for one; if the body fails they are stopped at once."""
     executor = LocalPool(count) if count > 1 else None
     done = False
     try:
@@ -116,7 +116,7 @@ def local_workers(count: int) -> Iterator[LocalPool | None]:
 
 @contextmanager
 def cluster(address: str) -> Iterator[tuple[Executor, int]]:
-    """Open a dask cluster by its scheduler's address; also tell how many tasks it is to be handed at a time.
+    """Open a dask cluster by its scheduler's address; yield it with the number of tasks in flight that it takes.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
 
 @contextmanager
 def workplace(workers: int, address: str | None) -> Iterator[tuple[Executor | None, int]]:
-    """Open a cluster where there is an address, local workers else; also tell how many tasks it is to be handed."""
+    """Open a cluster if there is an address, else local workers; yield it with the number of tasks in flight."""
     if address is not None:
         with cluster(address) as opened:
             yield opened
@@ -194,7 +194,7 @@ def completed(
 
 
 def _done_here(fn: Callable[[Item], T], item: Item) -> Future[T]:
-    """Do one item as an executor does: what it raises is raised by its future, an interrupt at once."""
+    """Do one item in this process; its future raises its error, an interrupt is raised at once."""
     done: Future[T] = Future()
     try:
         done.set_result(fn(item))
@@ -204,7 +204,7 @@ def _done_here(fn: Callable[[Item], T], item: Item) -> Future[T]:
 
 
 def _done_alone(executor: Executor, fn: Callable[[Item], T], item: Item) -> Future[T]:
-    """Find out whether a task kills its worker, with nothing else at work; one death it was there at already."""
+    """Run a suspected task alone, at most two more times, and fail it if its worker dies each time."""
     for _ in range(DEATHS - 1):
         future = executor.submit(fn, item)
         wait([future])
@@ -218,7 +218,7 @@ def _done_alone(executor: Executor, fn: Callable[[Item], T], item: Item) -> Futu
 
 
 def _has_died(future: Future[Any]) -> bool:
-    """Whether a task's worker died.
+    """Return True if a task's worker died.
 
     Raises
     ------
@@ -231,13 +231,13 @@ def _has_died(future: Future[Any]) -> bool:
 
 
 def _is_given_up(error: BaseException | None) -> bool:
-    """Whether dask gave a task up after several deaths; by name, for its library may not be there."""
+    """Return True if dask gave a task up after several deaths; by name, for dask may not be installed."""
     return type(error).__name__ == "KilledWorker"
 
 
 @contextmanager
 def _no_interrupts() -> Iterator[None]:
-    """Keep Ctrl-C from what is started in the body: the parent is interrupted, and stops its workers."""
+    """Shield processes that the body starts from Ctrl-C: the parent is interrupted, and stops its workers."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -246,7 +246,7 @@ def _no_interrupts() -> Iterator[None]:
 
 
 def describe_machine(command: str = "") -> dict[str, Any]:
-    """Describe what figures of speed depend on: processor, cores, system, versions, the code's commit, the command."""
+    """Describe the machine and the code: processor, cores, system, versions, commit, command."""
     packages = ("rectmerge", "numpy", "opencv-python-headless", "numba", "pybullet", "rosbags")
     return {
         "processor": _processor(),
@@ -274,7 +274,7 @@ def _version(package: str) -> str | None:
 
 
 def _commit() -> str | None:
-    """Return the commit of a checkout, marked where it was changed; None where this is no checkout."""
+    """Return the commit of a checkout, marked if files changed; None if this is no checkout."""
     git = ["git", "-C", str(Path(__file__).parent)]
     try:
         call = functools.partial(subprocess.run, capture_output=True, text=True, check=True, timeout=10)

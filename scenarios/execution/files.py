@@ -11,7 +11,7 @@ from rectmerge.io.image_file import replace_file
 from rectmerge.results.folder import to_json
 
 
-def cleared_folder(out: str | Path, names: Sequence[str], *, force: bool) -> Path:
+def clear_folder(out: str | Path, names: Sequence[str], *, force: bool) -> Path:
     """Make a folder for results; files of these names or patterns in it are refused, or cleared with `force`."""
     folder = Path(out)
     if folder.exists() and not folder.is_dir():

@@ -45,7 +45,7 @@ class Journal:
             raise InputError(f"{path.parent}: another process is writing into it") from None
 
     def mend(self) -> None:
-        """Drop what comes after the last line's end."""
+        """Drop a torn last line."""
         end = self._file.seek(0, os.SEEK_END)
         while end > 0:
             start = max(0, end - BLOCK)
@@ -72,7 +72,7 @@ class Journal:
             raise InputError(f"{self.path}: cannot be written: {error.strerror}") from None
 
     def entries(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Read every line, with where it begins."""
+        """Yield every line with its start, in bytes."""
         for start, line in self._lines():
             yield start, json.loads(line)
 
@@ -97,7 +97,7 @@ class Journal:
         self._file.close()
 
     def _lines(self) -> Iterator[tuple[int, bytes]]:
-        """Read whole lines with where they begin; the caller may read elsewhere meanwhile."""
+        """Yield whole lines with their starts, in bytes; the caller may move in the file meanwhile."""
         start = 0
         while True:
             self._file.seek(start)

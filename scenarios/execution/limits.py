@@ -1,4 +1,4 @@
-"""Limits that nothing escapes: a call is made in a child process, which is killed where it takes too much."""
+"""Limits of time and memory: calls in a child process, which is killed if it exceeds them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Does = Literal["answers", "makes pairs"]  # what a child is for: each has one of
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """What one call may take: an answer, or the making of a mission's pairs.
+    """Limits of one call: an answer, or the making of a mission's pairs.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ MAKING = Limits(timeout_s=3600.0)  # a mission and its pairs: the largest buildi
 def call_within(
     limits: Limits, call: Callable[[], T], *, warm_up: Callable[[], object] | None = None, does: Does = "answers"
 ) -> Attempt[T]:
-    """Make a call in a child process of this thread, which is replaced where it had to be killed.
+    """Make a call in a child process of this thread, which is replaced after it was killed.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def die_with(parent: int) -> None:
 
 
 def serve(handle: int, parent: int) -> None:
-    """Make calls until the other end goes away: what a child does."""
+    """Make calls until the other end of the pipe is closed; the loop of a child process."""
     die_with(parent)
     import cv2
 
@@ -127,15 +127,15 @@ class _ChildDiedError(Exception):
     """A child ended in the middle of a call, by itself or killed by somebody else."""
 
     def __init__(self, status: int, does: Does) -> None:
-        super().__init__(f"the process that {does} {how_it_ended(status)}")
+        super().__init__(f"the process that {does} {describe_exit(status)}")
         self.out_of_memory = status == -signal.SIGKILL
 
     def as_attempt(self) -> Attempt[Any]:
         return Attempt(failure="out-of-memory" if self.out_of_memory else "error", reason=f"{self}, {DEATHS} times")
 
 
-def how_it_ended(status: int | None) -> str:
-    """Say what an exit status means, negative for a signal."""
+def describe_exit(status: int | None) -> str:
+    """Describe an exit status, negative for a signal."""
     if status == -signal.SIGKILL:
         return "was killed, most likely for want of memory"
     if status is not None and status < 0:
@@ -197,7 +197,7 @@ class _Child:
             raise
 
     def _overrun(self, limits: Limits) -> Attempt[Any] | None:
-        """Wait for an answer; kill the child where it takes too much, and say so."""
+        """Wait for an answer; kill the child if it exceeds its limits, and return the failure."""
         ends = time.monotonic() + limits.timeout_s
         while (left := ends - time.monotonic()) > 0:
             if self._pipe.poll(min(left, POLL_S if limits.memory_mb else threading.TIMEOUT_MAX)):
@@ -222,7 +222,7 @@ _never_warm: set[bytes] = set()
 
 
 def _own_child(does: Does) -> _Child:
-    """Return this thread's child for a kind of calls, a new one where there is none alive."""
+    """Return this thread's child for a kind of calls, a new one if none is alive."""
     children: dict[Does, _Child] = _own.__dict__.setdefault("children", {})
     child = children.get(does)
     if child is None or not child.is_alive:

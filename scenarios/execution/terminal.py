@@ -1,4 +1,4 @@
-"""What `rectbench` shows in a terminal: progress, and tables as plain text."""
+"""Terminal output of `rectbench`: progress, and tables as plain text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SPEED_OVER_S = 600.0  # a mission takes its time: what is left is guessed from t
 
 
 class Advance(Protocol):
-    """How much more is done, and the last word on it; `before` counts what was done by an earlier command."""
+    """Callback of a progress bar: a count, and a word to show; `before` marks the count of an earlier command."""
 
     def __call__(self, count: int, word: str, *, before: bool = False) -> None:
         """Count it in."""
@@ -33,7 +33,7 @@ and unidentifiable ones, on which ambiguous is the right answer."""
 
 @contextmanager
 def progress(total: int, quiet: bool) -> Iterator[Advance]:
-    """Show on stderr, where that is a terminal, how much is done, how fast, and when the rest will be."""
+    """Show count, speed and remaining time on stderr if that is a terminal."""
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -63,7 +63,7 @@ def progress(total: int, quiet: bool) -> Iterator[Advance]:
 
 
 def resume_callback(advance: Advance, total: int, quiet: bool) -> Callable[[int], None]:
-    """Return what tells of the rows that a folder holds already."""
+    """Return a callback that announces the rows of an earlier command."""
 
     def on_start(done: int) -> None:
         if done:
@@ -76,7 +76,7 @@ def resume_callback(advance: Advance, total: int, quiet: bool) -> Callable[[int]
 
 
 def row_callback(advance: Advance) -> Callable[[Sequence[Row]], None]:
-    """Return what counts rows, and those of them that are right, into a progress."""
+    """Return a callback that counts rows, and those that are right, into a progress."""
     right = 0
 
     def on_rows(rows: Sequence[Row]) -> None:
@@ -88,7 +88,7 @@ def row_callback(advance: Advance) -> Callable[[Sequence[Row]], None]:
 
 
 def summary_table(summary: Mapping[str, Any]) -> str:
-    """Lay a run's summary out, one line per method and stratum, with its legend."""
+    """Format a run's summary, one line per method and stratum, with its legend."""
     rows = []
     for method, strata in summary["methods"].items():
         rows.append([method])
@@ -114,7 +114,7 @@ def _cells(stratum: str, part: Mapping[str, Any]) -> list[str]:
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Lay a table out as plain text, the same on a terminal and in a file."""
+    """Format a table as plain text, the same on a terminal and in a file."""
     full = [heads, *([*row, *[""] * (len(heads) - len(row))] for row in rows)]
     widths = [max(len(row[column]) for row in full) for column in range(len(heads))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in full]

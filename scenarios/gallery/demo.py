@@ -24,7 +24,7 @@ from scenarios.bench.asking import TimedAnswer, ask
 from scenarios.bench.contenders import make_contenders
 from scenarios.bench.rows import score_answer
 from scenarios.dataset.export import MISSION_FILES, write_mission
-from scenarios.execution.files import cleared_folder, write_json
+from scenarios.execution.files import clear_folder, write_json
 from scenarios.pairs.pair import MapPair
 from scenarios.scoring.row import Row
 from scenarios.suites.suite import load_suite
@@ -88,7 +88,7 @@ def run_demo(out: str | Path, *, suite: str = "demo", force: bool = False, say: 
     """
     plan = load_suite(suite)
     source, contenders, seconds = plan.sources()[0], make_contenders([e.label for e in plan.methods], plan.methods), {}
-    folder = cleared_folder(out, OWN_FILES, force=force)
+    folder = clear_folder(out, OWN_FILES, force=force)
     started = time.perf_counter()
 
     def stage(done: str, line: str) -> None:

@@ -24,7 +24,7 @@ from rectmerge.robust.face_score import FaceScore
 from rectmerge.robust.features import Features, dominant_angles, extract_features, rectangles_in_frame
 from rectmerge.robust.wall_agreement import FAR_CELLS, MET_CELLS, NEAR_CELLS
 from rectmerge.similarity import Similarity
-from scenarios.execution.files import cleared_folder
+from scenarios.execution.files import clear_folder
 from scenarios.gallery.page_picture import small_png
 from scenarios.pairs.pair import MapPair
 from scenarios.suites.suite import load_suite
@@ -106,7 +106,7 @@ def explain(folder: str | Path, *, force: bool = False, say: Callable[[str], Non
     SimulationError
         If a mission fails.
     """
-    out = cleared_folder(folder, () if force else NAMES, force=force)
+    out = clear_folder(folder, () if force else NAMES, force=force)
     say("two robots explore an office ...")
     office = Explained.of(office_pair())
     say(f"{office.found.verdict}; two robots explore a ward of rooms that are all alike ...")

@@ -33,7 +33,7 @@ from rectmerge.paper.placed_image import PlacedImage
 from rectmerge.paper.rmap import RMap, rmap
 from rectmerge.paper.triangles import corresponding
 from rectmerge.rectangles import Rectangle
-from scenarios.execution.files import cleared_folder
+from scenarios.execution.files import clear_folder
 from scenarios.gallery.page_picture import small_png
 from scenarios.pairs.pair import MapPair
 from scenarios.pairs.paper_plan import simple_maps
@@ -97,7 +97,7 @@ def write_figures(folder: str | Path, *, force: bool = False, say: Callable[[str
     SimulationError
         If the mission of figure 12 fails.
     """
-    out = cleared_folder(folder, () if force else (*FIGURES, TABLE), force=force)
+    out = clear_folder(folder, () if force else (*FIGURES, TABLE), force=force)
     a, b, _ = simple_maps()
     simple = Walked.of(a, b)
     say("two robots explore an office, for figure 12 ...")

@@ -12,7 +12,7 @@ import numpy as np
 
 from rectmerge.errors import InputError
 from rectmerge.io.image_file import replace_file
-from scenarios.execution.files import cleared_folder
+from scenarios.execution.files import clear_folder
 from scenarios.report.charts import COLOURS, MARKERS
 from scenarios.studies.headline import markdown
 
@@ -36,7 +36,7 @@ def write_growth(measured: Path, out: Path, *, force: bool = False) -> None:
         raise InputError(f"{measured}: not what bench_growth.py writes: {error}") from error
     if not times:
         raise InputError(f"{measured}: holds no times of bench_growth.py")
-    folder = cleared_folder(out, [PAGE, PLOT], force=force)
+    folder = clear_folder(out, [PAGE, PLOT], force=force)
     replace_file(folder / PLOT, plot(times).encode())
     commit = str((told.get("commit_info") or {}).get("id") or "unknown")[:12]
     replace_file(folder / PAGE, page(times, f"{machine}; commit {commit}").encode())

@@ -1,4 +1,4 @@
-"""How an answer is scored against a pair's truth: errors over control points, a grade, and the outcome of a row."""
+"""Scoring of an answer against a pair's truth: errors over control points, a grade, and the outcome of a row."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class ErrorValues(TypedDict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Errors:
-    """How far an answer is from the truth.
+    """Errors of an answer against the truth.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def grade(errors: Errors, residual_over_l: float) -> Grade:
 
 
 def stratum_of(related: bool, overlap: float | None) -> Stratum:
-    """Say what a pair asks: "required" to merge, "optional", or "unrelated" and to be refused.
+    """Return the stratum of a pair: "required" to merge, "optional", or "unrelated" and to be refused.
 
     A related pair without a known overlap (annotated by hand) is required.
     """

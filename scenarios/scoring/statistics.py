@@ -135,7 +135,7 @@ def clustered_difference(
 
 
 def rate_of_places(sums: NDArray[np.float64], counts: NDArray[np.float64], *, seed: int = 0) -> Rate:
-    """Give the rate of hits counted by place as `clustered_rate` does; hits and rows of each place, shape (places,)."""
+    """Return the rate of hits counted by place, as `clustered_rate`; hits and rows of each place, shape (places,)."""
     if not len(sums):
         return Rate(0, 0, 0.0, 1.0)
     k, n = int(sums.sum()), int(counts.sum())

@@ -55,7 +55,7 @@ def strata_of(row: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 class _Tally:
-    """What is known of rows that have passed: counts, by place where intervals need it, and a few numbers each."""
+    """Running totals of rows: counts, by place for the intervals, and a few numbers each."""
 
     def __init__(self) -> None:
         self._outcomes: Counter[str] = Counter()
@@ -110,7 +110,7 @@ def _mean(values: array[float] | array[int]) -> float | None:
 
 
 def _median(values: array[float]) -> float | None:
-    """The median; None of nothing, and where half of the values are infinite."""
+    """Return the median; None of nothing, or if half of the values are infinite."""
     ordered = np.sort(np.array(values))
     middle = float(ordered[len(ordered) // 2]) if len(ordered) else math.inf
     return float(np.median(ordered)) if math.isfinite(middle) else None

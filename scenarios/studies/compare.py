@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from rectmerge.errors import InputError
-from scenarios.bench.resume import RESULTS, SUMMARY, rows_in
+from scenarios.bench.resume import RESULTS, SUMMARY, read_row_file
 from scenarios.scoring.score import Outcome
 from scenarios.scoring.statistics import clustered_difference
 from scenarios.scoring.summary import STRATA, strata_of
@@ -124,7 +124,7 @@ def _kept(path: Path) -> dict[tuple[str, str], Kept]:
     if not file.is_file() or (path.is_dir() and not (path / SUMMARY).is_file()):
         raise InputError(f"{path}: no finished run; name its folder or its {RESULTS}")
     kept = {}
-    for row in rows_in(file):
+    for row in read_row_file(file):
         try:
             kept[row["method"], row["pair_id"]] = _of(row)
         except (KeyError, TypeError) as error:

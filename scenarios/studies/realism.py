@@ -18,7 +18,7 @@ from scenarios.dataset.contact_sheet import contact_sheet, paletted_png
 from scenarios.dataset.reader import open_dataset
 from scenarios.execution.attempt import peak_memory_mb
 from scenarios.execution.executors import WorkerDiedError, completed, describe_machine
-from scenarios.execution.files import cleared_folder
+from scenarios.execution.files import clear_folder
 from scenarios.pairs.pair import MapPair
 from scenarios.pairs.truth import control_point_rmse, known_extent
 from scenarios.studies.realism_page import page
@@ -91,7 +91,7 @@ def write_realism(
     on_done
         Told of each finding on a simulated pair.
     """
-    folder, machine = cleared_folder(out, (PAGE, SHEET), force=force), describe_machine()
+    folder, machine = clear_folder(out, (PAGE, SHEET), force=force), describe_machine()
     real = {name: real_findings(Path(maps) / name) for name in ("real_maps", "real_lasers")}
     simulated = []
     for source, future in completed(executor, examine, draw_sources(pairs)):

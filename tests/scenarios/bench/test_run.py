@@ -10,7 +10,7 @@ from rectmerge.methods import align
 from rectmerge.similarity import Similarity
 from scenarios.bench.asking import ask
 from scenarios.bench.contenders import Contender
-from scenarios.bench.resume import results_in
+from scenarios.bench.resume import open_results
 from scenarios.bench.rows import score_answer
 from scenarios.bench.run import read_rows
 from scenarios.dataset.reader import open_dataset
@@ -279,7 +279,7 @@ def test_of_two_runs_into_one_folder_the_second_is_refused(tmp_path):
 def test_rows_that_the_disk_has_no_room_for_end_a_run_in_one_line(tmp_path):
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     try:
-        with results_in(tmp_path, 'run_id = "1"', force=False) as results:
+        with open_results(tmp_path, 'run_id = "1"', force=False) as results:
             resource.setrlimit(resource.RLIMIT_FSIZE, (10, before[1]))
             with pytest.raises(InputError, match=r"results\.jsonl: cannot be written: File too large"):
                 results.add([{"task_id": "1", "why": "longer than ten bytes"}])

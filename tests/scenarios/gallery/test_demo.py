@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from rectmerge.errors import InputError
-from scenarios.execution.files import cleared_folder
+from scenarios.execution.files import clear_folder
 from scenarios.gallery.demo import OWN_FILES, TILE, combine, run_demo, verdict_in_words
 
 
@@ -38,8 +38,8 @@ def test_clearing_an_earlier_demo_spares_other_pictures(tmp_path):
         (tmp_path / "mission" / name).write_bytes(b"x")
 
     with pytest.raises(InputError, match="--force"):
-        cleared_folder(tmp_path, OWN_FILES, force=False)
-    cleared_folder(tmp_path, OWN_FILES, force=True)
+        clear_folder(tmp_path, OWN_FILES, force=False)
+    clear_folder(tmp_path, OWN_FILES, force=True)
 
     assert [path.name for path in tmp_path.iterdir() if path.is_file()] == ["holiday.png"]
     assert [path.name for path in (tmp_path / "mission").iterdir()] == ["mine.npz"]
