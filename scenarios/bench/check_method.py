@@ -36,7 +36,7 @@ class Asked:
     row: Row
 
     @property
-    def found(self) -> Alignment | None:
+    def alignment(self) -> Alignment | None:
         """Return the method's answer; None where it failed."""
         return self.answer.attempt.value
 
@@ -47,13 +47,13 @@ class Asked:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Checked:
+class MethodCheck:
     """Answers of a checked method, and a complaint for each fault."""
 
     answers: Sequence[Asked]
     complaints: Sequence[str]
 
-    def told(self) -> str:
+    def as_text(self) -> str:
         """Return a table of the pairs, and the complaints below it."""
         lines = [f"wrong: {complaint}" for complaint in self.complaints] or ["all is well"]
         return "\n".join([table(HEADS, [_cells(asked) for asked in self.answers]), "", *lines])
@@ -61,7 +61,7 @@ class Checked:
 
 def check_method(
     label: str, method: Method, *, seed: int = 0, on_answer: Callable[[str], None] = lambda pair: None
-) -> Checked:
+) -> MethodCheck:
     """Put a method to every easy pair, twice with the same seed, in a process of its own, and list its faults.
 
     Parameters
@@ -80,10 +80,10 @@ def check_method(
     for pair in easy_pairs():
         first = _ask(pair, contender, seed)
         answers.append(first)
-        if first.found is not None and _content(first) != _content(_ask(pair, contender, seed)):
+        if first.alignment is not None and _content(first) != _content(_ask(pair, contender, seed)):
             unsteady.append(pair.pair_id)
         on_answer(pair.pair_id)
-    return Checked(answers=answers, complaints=[*_complaints(answers), *_about_seeds(unsteady)])
+    return MethodCheck(answers=answers, complaints=[*_complaints(answers), *_about_seeds(unsteady)])
 
 
 def _ask(pair: MapPair, contender: Contender, seed: int) -> Asked:
@@ -111,7 +111,7 @@ def _complaints(answers: Sequence[Asked]) -> list[str]:
 def _about_failures(answers: Sequence[Asked]) -> list[str]:
     reasons: dict[str, list[str]] = {}
     for asked in answers:
-        if asked.found is None:
+        if asked.alignment is None:
             reasons.setdefault(f"{asked.row['outcome']}: {asked.row['reason']}", []).append(asked.pair.pair_id)
     return [f"it fails on {_listed(pairs)}: {reason}" for reason, pairs in reasons.items()]
 
@@ -129,7 +129,7 @@ def _about_placements(answers: Sequence[Asked]) -> list[str]:
 
 def _about_refusals(answers: Sequence[Asked]) -> list[str]:
     """Name the easy pairs that were not accepted."""
-    refused = [asked.pair.pair_id for asked in answers if asked.found is not None and not asked.found]
+    refused = [asked.pair.pair_id for asked in answers if asked.alignment is not None and not asked.alignment]
     return [f"it does not accept {_listed(refused)}, whose maps are clean and share most of a building"] * bool(refused)
 
 
@@ -137,7 +137,7 @@ def _about_confidence(answers: Sequence[Asked]) -> list[str]:
     odd = [
         (asked.pair.pair_id, confidence)
         for asked in answers
-        if (found := asked.found) is not None
+        if (found := asked.alignment) is not None
         for confidence in (found.confidence, *(candidate.confidence for candidate in found.candidates))
         if not (0.0 <= confidence <= 1.0 or (math.isnan(confidence) and MATRIX in found.trace))  # a program may not say
     ]
@@ -151,7 +151,7 @@ def _about_frames(answers: Sequence[Asked]) -> list[str]:
     """Name the pairs on which a candidate says one thing between pixels and another between map frames."""
     torn = []
     for asked in answers:
-        for candidate in asked.found.candidates if asked.found is not None else ():
+        for candidate in asked.alignment.candidates if asked.alignment is not None else ():
             meant = pixels_to_map_frame(candidate.pixels, asked.pair.a, asked.pair.b)
             if not np.allclose(meant.matrix, candidate.b_to_a.matrix, rtol=SAME_PLACE, atol=SAME_PLACE):
                 torn.append(asked.pair.pair_id)
@@ -179,7 +179,7 @@ def _cells(asked: Asked) -> list[str]:
         verdict += ", right" if asked.is_right else ", wrong"
     errors = row["errors"]
     values = [errors["e_px"], errors["rotation_deg"], errors["scale_pct"]] if errors else []
-    told = [f"{value:.2f}" for value in values] or ["-"] * 3
+    figures = [f"{value:.2f}" for value in values] or ["-"] * 3
     confidence = row["confidence"]
     sure = "-" if confidence is None or math.isnan(confidence) else f"{confidence:.2f}"
-    return [asked.pair.pair_id, verdict, *told, sure, f"{row['seconds']['wall']:.2f}" if row["seconds"] else "-"]
+    return [asked.pair.pair_id, verdict, *figures, sure, f"{row['seconds']['wall']:.2f}" if row["seconds"] else "-"]

@@ -39,7 +39,7 @@ class Program:
 
     The program gets its files for ``{a}`` and ``{b}``, PNG images, or ``{a_yaml}`` and ``{b_yaml}``, map_server YAMLs
     beside them, which say ``resolution: null`` where it may not be known, and for ``{scale}`` the pixel scale where
-    methods are told it. Its last line is the answer: the six numbers of the 2x3 matrix from B's pixel centres to A's,
+    methods get it. Its last line is the answer: the six numbers of the 2x3 matrix from B's pixel centres to A's,
     row by row, and optionally its confidence. Exit status 1 means rejected; any other but 0, a signal, or no such line
     is an error.
 
@@ -79,7 +79,7 @@ class Program:
             If it asks for a scale that nobody knows, ends in an unknown way, or prints no placement.
         """
         with tempfile.TemporaryDirectory(prefix="rectbench-") as folder, tempfile.TemporaryFile() as said:
-            words = [word.replace("{scale}", self._told(scale)) for word in shlex.split(self.command)]
+            words = [word.replace("{scale}", self._scale_word(scale)) for word in shlex.split(self.command)]
             for name, grid in (("a", a), ("b", b)):
                 path = Path(folder) / f"{name}.yaml"
                 write_map(grid, path, image_suffix=".png")
@@ -102,9 +102,9 @@ class Program:
             trace={**trace, MATRIX: matrix.tolist()},
         )
 
-    def _told(self, scale: tuple[float, float]) -> str:
+    def _scale_word(self, scale: tuple[float, float]) -> str:
         if "{scale}" in self.command and scale[0] != scale[1]:
-            raise ProgramError(f"{self.program} asks for {{scale}}, which is told with --known-scale only")
+            raise ProgramError(f"{self.program} asks for {{scale}}, which is known with --known-scale only")
         return f"{scale[0]:.9g}"
 
 

@@ -11,7 +11,7 @@ from scenarios.bench.asking import ask_within
 from scenarios.bench.contenders import Contender
 from scenarios.bench.rows import score_answer
 from scenarios.bench.task_ids import TaskKey
-from scenarios.dataset.packing import Package, lost, make_within
+from scenarios.dataset.packing import Package, failed_source, make_within
 from scenarios.execution.attempt import Attempt, attempt
 from scenarios.execution.limits import MAKING, Limits
 from scenarios.pairs.pair import MapPair, PairSource
@@ -93,7 +93,7 @@ def run_task(task: Task) -> TaskResult:
 
 def failed_task(task: Task, failure: Attempt[Any]) -> TaskResult:
     """Return the error rows of a task none of whose pairs could be made."""
-    package = None if task.first is None else lost(task.source, failure).package
+    package = None if task.first is None else failed_source(task.source, failure).package
     return TaskResult(rows=[_failed_row(task, key, failure) for key in task.due], package=package)
 
 

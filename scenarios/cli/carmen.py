@@ -64,8 +64,8 @@ def carmen(
     if pairs is None:
         _write_map(seen, output, resolution=resolution, force=force)
         return
-    told = {"--pairs": pairs, "--resolution": resolution, **given, "--every": every}
-    options = " ".join(f"{name} {value}" for name, value in told.items())
+    values = {"--pairs": pairs, "--resolution": resolution, **given, "--every": every}
+    options = " ".join(f"{name} {value}" for name, value in values.items())
     command = f"rectbench carmen {log.name} -o DATASET {options} --poses {poses}"
     suite = _suite(log, seen, pairs=pairs, cut=cut, shared=shared, resolution=(resolution, resolution_b), seed=seed)
     _write_pairs(suite, output, force=force, quiet=quiet, command=command)
@@ -108,7 +108,7 @@ def _suite(
 
 
 def _write_pairs(suite: CarmenSuite, output: Path, *, force: bool, quiet: bool, command: str) -> None:
-    from scenarios.dataset.generate import generate, told
+    from scenarios.dataset.generate import generate, summary_text
 
     try:
         with progress(suite.pairs, quiet) as advance:
@@ -123,5 +123,5 @@ def _write_pairs(suite: CarmenSuite, output: Path, *, force: bool, quiet: bool, 
     except KeyboardInterrupt:
         console.say(f"{output}: what was made is kept; the same command (without --force) goes on")
         raise
-    typer.echo(told(info))
+    typer.echo(summary_text(info))
     typer.echo(f"written: {output}")

@@ -36,5 +36,5 @@ def check_method(
     method = make_method(name) if name is not None else Program(command=method_command or "")
     with progress(len(VIEWS), quiet) as advance:
         checked = check(name or "command", method, on_answer=lambda pair: advance(1, pair))
-    typer.echo(checked.told())
+    typer.echo(checked.as_text())
     raise typer.Exit(console.NO if checked.complaints else console.YES)

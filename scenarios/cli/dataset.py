@@ -41,7 +41,7 @@ def generate(
     been interrupted, whatever the number of workers. A pair that cannot be made is named in dataset_info.json.
     """
     from scenarios.dataset.generate import generate as generate_suite
-    from scenarios.dataset.generate import plan, told
+    from scenarios.dataset.generate import plan, summary_text
     from scenarios.execution.executors import workplace
     from scenarios.suites.suite import load_suite
 
@@ -59,7 +59,7 @@ def generate(
     except KeyboardInterrupt:
         console.say(f"{output}: what was made is kept; the same command (without --force) goes on")
         raise
-    typer.echo(told(info, as_json=as_json))
+    typer.echo(summary_text(info, as_json=as_json))
     typer.echo(f"written: {output}", err=as_json)
 
 
@@ -70,7 +70,7 @@ def verify(
 ) -> None:
     """Recompute a data set's checksums, truth and overlaps, and say what is wrong with file and line.
 
-    Ends with status 0 when everything is as it is told, 1 when something is not. Works on anybody's data set in the
+    Ends with status 0 when nothing is wrong, 1 when something is. Works on anybody's data set in the
     layout; without dataset_info.json there are no checksums to compare.
     """
     from scenarios.dataset.verify import row_count
@@ -95,9 +95,9 @@ def certify(
     debug: Debug = False,
 ) -> None:
     """Tell which of the pairs that the default method accepts it can certify, as `rectmerge merge --certify` does."""
-    from scenarios.dataset.certify import certify_dataset, told
+    from scenarios.dataset.certify import certificate_table, certify_dataset
     from scenarios.dataset.verify import row_count
 
     with progress(-(-row_count(dataset) // every), quiet) as advance:
         found = certify_dataset(dataset, every=every, seconds=seconds, on_pair=lambda: advance(1, "pairs"))
-    typer.echo(told(found))
+    typer.echo(certificate_table(found))

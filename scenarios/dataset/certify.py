@@ -49,7 +49,7 @@ def certify_dataset(
     return found
 
 
-def told(found: Sequence[tuple[str, Certificate]]) -> str:
+def certificate_table(found: Sequence[tuple[str, Certificate]]) -> str:
     """Format certificates: a line for each pair, and the count of each kind."""
     rows = [[pair_id, _kind(one), f"{one.seconds:.1f}", str(one)] for pair_id, one in found]
     kinds = [_kind(one) for _, one in found]

@@ -98,10 +98,10 @@ class CutSource:
 
     def _info(self, a: PlacedMap, b: PlacedMap) -> dict[str, object]:
         source = "slam" if self.survey.is_matched else "log"
-        told = {**map_info("a", a, self.specs[0]), **map_info("b", b, self.specs[1])}
+        of_maps = {**map_info("a", a, self.specs[0]), **map_info("b", b, self.specs[1])}
         sources = dict.fromkeys(("pose_source", "pose_source_a", "pose_source_b"), source)
         more = {"family": "carmen", "seed": self.seed, "noise": 0, "cut": self.cut, "shared": self.shared}
-        return {**more, **told, **sources, "split": "test"}
+        return {**more, **of_maps, **sources, "split": "test"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -152,8 +152,8 @@ class CarmenSuite:
         self._specs()
         robot = self.survey.robot
         data = b"".join(part.tobytes() for part in (robot.times, robot.poses, robot.odometry, robot.ranges))
-        told = f"{self.survey.lidar} {self.survey.is_matched}".encode()
-        object.__setattr__(self, "digest", hashlib.sha256(told + data).hexdigest())
+        scanner = f"{self.survey.lidar} {self.survey.is_matched}".encode()
+        object.__setattr__(self, "digest", hashlib.sha256(scanner + data).hexdigest())
 
     @property
     def title(self) -> str:

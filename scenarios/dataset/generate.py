@@ -108,7 +108,7 @@ def generate(
     Notes
     -----
     The files are the same, byte for byte, whatever the executor and however often it was interrupted. A pair that could
-    not be made is told in ``dataset_info.json`` with the reason.
+    not be made is named in ``dataset_info.json`` with the reason.
     """
     check_form(suite, form)
     identity = identity_of(suite, pairs=pairs, seed=seed, form=form)
@@ -143,7 +143,7 @@ def check_form(suite: PairSuite, form: Form) -> None:
             raise InputError(f"{suite.name}: {source.source_id} runs no mission, so there is no bag of it to write")
 
 
-def told(info: Mapping[str, Any], *, as_json: bool = False) -> str:
+def summary_text(info: Mapping[str, Any], *, as_json: bool = False) -> str:
     """Summarise a data set, for people or as JSON without checksums."""
     if as_json:
         return to_json({key: value for key, value in info.items() if key != "checksums"})

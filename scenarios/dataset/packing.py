@@ -68,7 +68,7 @@ class Package:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Made:
+class MadePairs:
     """Pairs of a source, and their package. Picklable.
 
     Parameters
@@ -89,7 +89,7 @@ class Made:
 
 def make_within(
     limits: Limits, source: PairSource, first: int | None, count: int | None = None, *, bags: bool = False
-) -> Made:
+) -> MadePairs:
     """Make the pairs of a source; missions run in a child process, which is killed if it exceeds its limits.
 
     Parameters
@@ -102,17 +102,17 @@ def make_within(
     if not isinstance(source, Explorer):
         return make(source, first, count, bags=bags)
     tried = call_within(limits, functools.partial(make, source, first, count, bags=bags), does="makes pairs")
-    return tried.value or lost(source, tried, count)
+    return tried.value or failed_source(source, tried, count)
 
 
-def lost(source: PairSource, tried: Attempt[Any], count: int | None = None) -> Made:
+def failed_source(source: PairSource, tried: Attempt[Any], count: int | None = None) -> MadePairs:
     """Return the package of a source none of whose pairs could be made."""
     failed = dict.fromkeys(source.pair_ids[:count], tried.reason)
     package = Package(source_id=source.source_id, failed=failed)
-    return Made(package=package, failure=tried.failure or "error", log=tried.log)
+    return MadePairs(package=package, failure=tried.failure or "error", log=tried.log)
 
 
-def make(source: PairSource, first: int | None, count: int | None = None, *, bags: bool = False) -> Made:
+def make(source: PairSource, first: int | None, count: int | None = None, *, bags: bool = False) -> MadePairs:
     """Make the pairs of a source and pack them; `failed` names the pairs that could not be made.
 
     Parameters
@@ -132,7 +132,7 @@ def make(source: PairSource, first: int | None, count: int | None = None, *, bag
     made, reason = {pair.pair_id for pair in pairs}, tried.reason or "its source ended without it"
     missing = (pair_id for pair_id in source.pair_ids[:count] if pair_id not in made)
     package.failed.update({pair_id: package.failed.get(pair_id, reason) for pair_id in missing})
-    return Made(pairs=pairs, package=package, failure=tried.failure or "error", log=tried.log)
+    return MadePairs(pairs=pairs, package=package, failure=tried.failure or "error", log=tried.log)
 
 
 def _make(
@@ -222,8 +222,8 @@ def _truth(pair: MapPair) -> MetadataRow:
 
 def _about(pair: MapPair) -> MetadataRow:
     info: Mapping[str, Any] = plain(pair.info)
-    told = {key: value if key in EXACT else _rounded(value) for key, value in info.items()}
-    return {"suite": pair.suite, "place": pair.place, **told}
+    rounded = {key: value if key in EXACT else _rounded(value) for key, value in info.items()}
+    return {"suite": pair.suite, "place": pair.place, **rounded}
 
 
 def _rounded(value: Any) -> Any:

@@ -95,19 +95,19 @@ def row_count(dataset: str | Path) -> int:
 
 
 def _wrong_files(root: Path, checksums: dict[str, str]) -> Iterator[str]:
-    for name, told in checksums.items():
+    for name, expected in checksums.items():
         path = root / name
         if not path.is_file():
             yield f"{path}: is missing"
-        elif (found := checksum(path)) != told:
-            yield f"{path}: its SHA-256 is {found[:12]}..., dataset_info.json tells {told[:12]}..."
+        elif (actual := checksum(path)) != expected:
+            yield f"{path}: its SHA-256 is {actual[:12]}..., dataset_info.json has {expected[:12]}..."
 
 
 def _wrong_counts(root: Path, info: dict[str, Any] | None, folders: list[Path]) -> Iterator[str]:
-    for split, told in (info or {}).get("splits", {}).items():
-        found = sum(1 for folder in folders if folder.name == split for _ in metadata_lines(folder))
-        if found != told["pairs"]:
-            yield f"{root / split / METADATA}: has {found} rows, dataset_info.json tells {told['pairs']}"
+    for split, expected in (info or {}).get("splits", {}).items():
+        actual = sum(1 for folder in folders if folder.name == split for _ in metadata_lines(folder))
+        if actual != expected["pairs"]:
+            yield f"{root / split / METADATA}: has {actual} rows, dataset_info.json says {expected['pairs']}"
 
 
 def _wrong_in_line(line: Line, folder: Path, suite: str, seen: _Seen) -> Iterator[str]:
@@ -146,14 +146,14 @@ def _wrong_fit(pixels: Similarity, points: NDArray[np.float64]) -> Iterator[str]
         yield f"pixels is not the least-squares fit to control_points: up to {off:.3f} pixels off"
 
 
-def _wrong_frames(told: Any, pair: MapPair, pixels: Similarity) -> Iterator[str]:
+def _wrong_frames(declared: Any, pair: MapPair, pixels: Similarity) -> Iterator[str]:
     """Check `b_to_a` if it is between the frames in which the maps are read."""
-    if not isinstance(told, dict) or told.get("unit") != pair.a.unit:
+    if not isinstance(declared, dict) or declared.get("unit") != pair.a.unit:
         return
     try:
-        b_to_a = Similarity(told["scale"], told["angle_rad"], *told["translation"])
+        b_to_a = Similarity(declared["scale"], declared["angle_rad"], *declared["translation"])
     except (KeyError, TypeError, InputError):
-        yield f"b_to_a must have scale, angle_rad and translation, got {told!r:.60}"
+        yield f"b_to_a must have scale, angle_rad and translation, got {declared!r:.60}"
         return
     corners = pair.b.pixel_to_map([[0, 0], [pair.b.shape[1], pair.b.shape[0]]])
     off = b_to_a.apply(corners) - pixels_to_map_frame(pixels, pair.a, pair.b).apply(corners)
@@ -171,9 +171,9 @@ def _wrong_map(row: dict[str, Any], name: str, folder: Path) -> Iterator[str]:
         except RectMergeError as error:
             yield f"map_{name}_yaml: {error}"
             return
-        told = row.get(f"resolution_{name}")
-        if told is not None and (grid.resolution is None or abs(grid.resolution - told) > RESOLUTION_WITHIN * told):
-            yield f"resolution_{name} is {told}, {header.name} tells {grid.resolution}"
+        declared = row.get(f"resolution_{name}")
+        if declared is not None and not _is_resolution(grid.resolution, declared):
+            yield f"resolution_{name} is {declared}, {header.name} says {grid.resolution}"
         if shown.resolve() != image.resolve():
             yield f"{header.name} is of the image {shown.name}, not of {image.name}"
     if name == "a" and row.get("world"):
@@ -181,3 +181,8 @@ def _wrong_map(row: dict[str, Any], name: str, folder: Path) -> Iterator[str]:
             read_map((folder / str(row["world"])).with_suffix(".yaml"))
         except RectMergeError as error:
             yield f"world: {error}"
+
+
+def _is_resolution(resolution: float | None, declared: float) -> bool:
+    """Return True if a map has the resolution that its row declares."""
+    return resolution is not None and abs(resolution - declared) <= RESOLUTION_WITHIN * declared

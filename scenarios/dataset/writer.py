@@ -112,12 +112,16 @@ class DataSetWriter:
         InputError
             If there is no pair, or a file cannot be written.
         """
-        found = _JournalIndex.of(self._journal)
+        found = _JournalIndex.from_journal(self._journal)
         if not found.places:
             reason = found.failed[0]["reason"] if found.failed else "there are no sources"
             raise InputError(f"{self.folder}: no pair came to be: {reason}")
         counts = {split: self._write_split(split, found) for split in SPLITS}
-        info: dict[str, Any] = {**self.identity, **about, "splits": {s: told for s, told in counts.items() if told}}
+        info: dict[str, Any] = {
+            **self.identity,
+            **about,
+            "splits": {name: count for name, count in counts.items() if count},
+        }
         info |= {"discarded": {"count": found.discarded.total(), "reasons": dict(sorted(found.discarded.items()))}}
         info |= {"failed": sorted(found.failed, key=lambda one: str(one["pair_id"]))}
         replace_file(self.folder / PICTURE, picture(self.folder))
@@ -200,7 +204,7 @@ class _JournalIndex:
         self.failed: list[dict[str, str]] = []
 
     @classmethod
-    def of(cls, journal: Journal) -> _JournalIndex:
+    def from_journal(cls, journal: Journal) -> _JournalIndex:
         found = cls()
         entries = journal.entries()
         next(entries)  # the identity

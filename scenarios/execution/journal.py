@@ -88,7 +88,7 @@ class Journal:
 
     def close(self) -> None:
         """Leave the file to others."""
-        with contextlib.suppress(OSError):  # of a full disk, which `append` told of
+        with contextlib.suppress(OSError):  # of a full disk, which `append` reported
             self._file.close()
 
     def delete(self) -> None:

@@ -30,7 +30,7 @@ DEATHS = 3  # of processes at one task, until the task is held to be the cause
 SET_DEATH_SIGNAL = 1  # prctl's PR_SET_PDEATHSIG
 # dask sets it for its workers: every array is then given back to the system at once, and asked for anew, page by page
 COSTLY_SETTINGS = ("MALLOC_TRIM_THRESHOLD_",)
-Does = Literal["answers", "makes pairs"]  # what a child is for: each has one of its own, so that memory is told apart
+Does = Literal["answers", "makes pairs"]  # a child per kind, so that memory is measured apart
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -25,8 +25,8 @@ def test_a_right_method_hears_nothing_and_sees_every_pair():
 
     assert checked.complaints == []
     assert heard == list(VIEWS)
-    assert all(line.startswith(name) for name, line in zip(VIEWS, checked.told().splitlines()[2:], strict=False))
-    assert checked.told().endswith("all is well")
+    assert all(line.startswith(name) for name, line in zip(VIEWS, checked.as_text().splitlines()[2:], strict=False))
+    assert checked.as_text().endswith("all is well")
 
 
 @pytest.mark.parametrize(

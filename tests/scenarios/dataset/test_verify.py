@@ -64,7 +64,7 @@ WRONG = {
     ),
     "no frames": ({"b_to_a": {"unit": "cells"}}, "b_to_a must have scale"),
     "residual": ({"residual_px": 3.0}, "residual_px is 3.0, but pixels leave"),
-    "resolution": ({"resolution_b": 0.06}, "resolution_b is 0.06, 000004_b.yaml tells 0.05"),
+    "resolution": ({"resolution_b": 0.06}, "resolution_b is 0.06, 000004_b.yaml says 0.05"),
     "map": ({"map_a_file_name": "maps/none.png"}, "no file 'maps/none.png'"),
     "image": ({"map_b_file_name": "maps/000004_a.png"}, "000004_b.yaml is of the image 000004_b.png"),
     "building": ({"place": "tiny/rooms-0000"}, "place 'tiny/rooms-0000' is in the split train too"),
@@ -107,7 +107,7 @@ def test_lost_rows_are_told(made):
     path = made / "test/metadata.jsonl"
     path.write_text("".join(path.read_text().splitlines(keepends=True)[:-1]))
 
-    assert any("has 5 rows, dataset_info.json tells 6" in fault for fault in verify(made).faults)
+    assert any("has 5 rows, dataset_info.json says 6" in fault for fault in verify(made).faults)
 
 
 def test_what_is_no_data_set_is_refused(tmp_path):
