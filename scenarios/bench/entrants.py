@@ -35,7 +35,7 @@ class Entrant(Contender):
         """Return the authors' parameters and as many more, drawn from the space, as the budget has left."""
         others = [drawn(self.space, name=self.label, seed=seed + k, first=seed) for k in range(1, budget)]
         fields = [self.set, *({**self.set, **other} for other in others)]
-        return [Contender(label=f"{self.label}-{k}", method=self.method, set=one) for k, one in enumerate(fields)]
+        return [Contender(label=f"{self.label}-{k}", method=self.method, set=values) for k, values in enumerate(fields)]
 
 
 def entrants() -> list[Entrant]:
@@ -52,7 +52,10 @@ def tuned() -> list[Contender]:
 
 def contenders() -> list[Contender]:
     """Return all that take part: every method by its authors' parameters, and tuned."""
-    return [*(Contender(label=one.label, method=one.method, set=one.set) for one in entrants()), *tuned()]
+    return [
+        *(Contender(label=entrant.label, method=entrant.method, set=entrant.set) for entrant in entrants()),
+        *tuned(),
+    ]
 
 
 def entrants_named(labels: Sequence[str]) -> list[Entrant]:
@@ -63,7 +66,7 @@ def entrants_named(labels: Sequence[str]) -> list[Entrant]:
     InputError
         If there is no such entrant, or nothing of it to tune.
     """
-    tunable = {one.label: one for one in entrants() if one.space}
+    tunable = {entrant.label: entrant for entrant in entrants() if entrant.space}
     for label in labels:
         if label not in tunable:
             raise InputError(f"{label!r} cannot be tuned; these can: {', '.join(tunable)}")

@@ -112,11 +112,13 @@ def labelled(programs: Iterable[Program], taken: Iterable[str]) -> dict[str, Pro
     """Name programs by their files, numbered where a name is taken."""
     labels: dict[str, Program] = {}
     used = set(taken)
-    for one in programs:
-        numbered = (f"{one.program}-{number}" if number > 1 else one.program for number in range(1, len(used) + 2))
+    for program in programs:
+        numbered = (
+            f"{program.program}-{number}" if number > 1 else program.program for number in range(1, len(used) + 2)
+        )
         label = next(name for name in numbered if name not in used)
         used.add(label)
-        labels[label] = one
+        labels[label] = program
     return labels
 
 

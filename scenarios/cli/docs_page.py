@@ -33,15 +33,29 @@ def page() -> str:
 
 
 def _section(program: str, name: str, command: Any) -> str:
-    arguments = [one for one in command.params if one.param_type_name == "argument"]
-    options = [one for one in command.params if one.param_type_name == "option" and not COMMON & set(one.opts)]
+    arguments = [parameter for parameter in command.params if parameter.param_type_name == "argument"]
+    options = [
+        parameter
+        for parameter in command.params
+        if parameter.param_type_name == "option" and not COMMON & set(parameter.opts)
+    ]
     about = inspect.cleandoc(command.help or "")
-    words = [program, name, *map(_argument, arguments), *(_words(one) for one in options if one.required)]
+    words = [
+        program,
+        name,
+        *map(_argument, arguments),
+        *(_words(parameter) for parameter in options if parameter.required),
+    ]
     lines = [f"\n### {program} {name}\n", f"`{' '.join(words)}`\n", f"{about}\n"]
     if arguments:
-        lines.append("\n".join(f"- `{_argument(one)}`: {_plain(one.help)}" for one in arguments) + "\n")
+        lines.append(
+            "\n".join(f"- `{_argument(parameter)}`: {_plain(parameter.help)}" for parameter in arguments) + "\n"
+        )
     if options:
-        lines.append("\n".join(f"- {_option(one)}: {_plain(one.help)}{_default(one)}" for one in options) + "\n")
+        lines.append(
+            "\n".join(f"- {_option(parameter)}: {_plain(parameter.help)}{_default(parameter)}" for parameter in options)
+            + "\n"
+        )
     return "\n".join(lines)
 
 

@@ -51,8 +51,10 @@ def certify_dataset(
 
 def certificate_table(found: Sequence[tuple[str, Certificate]]) -> str:
     """Format certificates: a line for each pair, and the count of each kind."""
-    rows = [[pair_id, _kind(one), f"{one.seconds:.1f}", str(one)] for pair_id, one in found]
-    kinds = [_kind(one) for _, one in found]
+    rows = [
+        [pair_id, _kind(certificate), f"{certificate.seconds:.1f}", str(certificate)] for pair_id, certificate in found
+    ]
+    kinds = [_kind(certificate) for _, certificate in found]
     counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in ("certified", "rivalled", OPEN))
     return f"{table(['pair', 'answer', 's', 'what was shown'], rows)}\nof {len(found)} accepted pairs: {counts}"
 

@@ -148,7 +148,7 @@ def summary_text(info: Mapping[str, Any], *, as_json: bool = False) -> str:
     if as_json:
         return to_json({key: value for key, value in info.items() if key != "checksums"})
     splits = ", ".join(f"{split} {part['pairs']} pairs" for split, part in info["splits"].items())
-    failed = [f"not made: {one['pair_id']}: {one['reason']}" for one in info["failed"]]
+    failed = [f"not made: {failure['pair_id']}: {failure['reason']}" for failure in info["failed"]]
     return "\n".join([*failed, f"{splits}; {len(failed)} could not be made; {len(info['checksums'])} files"])
 
 

@@ -62,7 +62,7 @@ def encode_bag(pair: MapPair, made: MadeFrom, name: str) -> dict[str, bytes]:
     store = get_typestore(Stores.ROS2_HUMBLE)
     recordings = dict(zip(ROBOTS, record(pair, made), strict=True))
     make = _Maker(store.types)
-    streams = [stream for robot, one in recordings.items() for stream in make.streams(robot, one)]
+    streams = [stream for robot, recording in recordings.items() for stream in make.streams(robot, recording)]
     with TemporaryDirectory() as folder:
         writer = Writer(Path(folder) / name, version=VERSION, storage_plugin=StoragePlugin.MCAP)
         writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
@@ -84,37 +84,43 @@ class _Maker:
     def __init__(self, types: Any) -> None:
         self._types = types
 
-    def streams(self, robot: str, one: Recording) -> list[Iterator[_Sent]]:
+    def streams(self, robot: str, recording: Recording) -> list[Iterator[_Sent]]:
         """Return a robot's messages, in streams that each are in order of time."""
         return [
-            self._transforms(robot, one),
-            self._odometry(robot, one),
-            self._scans(robot, one),
-            self._maps(robot, one),
+            self._transforms(robot, recording),
+            self._odometry(robot, recording),
+            self._scans(robot, recording),
+            self._maps(robot, recording),
         ]
 
     def still(self, recordings: dict[str, Recording]) -> Iterator[_Sent]:
         """Yield the static transforms of the scanners, once, before anything moves."""
-        start = min(_nanoseconds(one.times[0]) for one in recordings.values())
+        start = min(_nanoseconds(recording.times[0]) for recording in recordings.values())
         links = [
-            self._link(start, f"{robot}/base", f"{robot}/scan", np.zeros(3), height_m=one.lidar.height_m)
-            for robot, one in recordings.items()
+            self._link(start, f"{robot}/base", f"{robot}/scan", np.zeros(3), height_m=recording.lidar.height_m)
+            for robot, recording in recordings.items()
         ]
         yield _Sent(start, 0, "/tf_static", TF, self._types[TF](transforms=links))
 
-    def _transforms(self, robot: str, one: Recording) -> Iterator[_Sent]:
-        for time, drift, wheels in zip(map(_nanoseconds, one.times), one.drift, one.wheels, strict=True):
+    def _transforms(self, robot: str, recording: Recording) -> Iterator[_Sent]:
+        for time, drift, wheels in zip(
+            map(_nanoseconds, recording.times), recording.drift, recording.wheels, strict=True
+        ):
             links = [
                 self._link(time, f"{robot}/map", f"{robot}/odom", drift),
                 self._link(time, f"{robot}/odom", f"{robot}/base", wheels),
             ]
             yield _Sent(time, 1, "/tf", TF, self._types[TF](transforms=links))
 
-    def _odometry(self, robot: str, one: Recording) -> Iterator[_Sent]:
-        steps = between(one.wheels[:-1], one.wheels[1:]) / np.diff(one.times)[:, None]  # (S-1, 3), per second
+    def _odometry(self, robot: str, recording: Recording) -> Iterator[_Sent]:
+        steps = (
+            between(recording.wheels[:-1], recording.wheels[1:]) / np.diff(recording.times)[:, None]
+        )  # (S-1, 3), per second
         speeds = np.concatenate([np.zeros((1, 3)), steps])
         covariance = np.zeros(36)
-        for time, wheels, (along, across, turn) in zip(map(_nanoseconds, one.times), one.wheels, speeds, strict=True):
+        for time, wheels, (along, across, turn) in zip(
+            map(_nanoseconds, recording.times), recording.wheels, speeds, strict=True
+        ):
             vectors = [self._made("geometry_msgs/msg/Vector3", *v) for v in ((along, across, 0.0), (0.0, 0.0, turn))]
             twist = self._made("geometry_msgs/msg/Twist", *vectors)
             message = self._types[ODOMETRY](
@@ -125,10 +131,10 @@ class _Maker:
             )
             yield _Sent(time, 2, f"/{robot}/odom", ODOMETRY, message)
 
-    def _scans(self, robot: str, one: Recording) -> Iterator[_Sent]:
-        lidar, angles = one.lidar, one.lidar.angles
-        apart = float(np.median(np.diff(one.times))) if len(one.times) > 1 else 0.0
-        for time, ranges in zip(map(_nanoseconds, one.times), one.ranges.astype(np.float32), strict=True):
+    def _scans(self, robot: str, recording: Recording) -> Iterator[_Sent]:
+        lidar, angles = recording.lidar, recording.lidar.angles
+        apart = float(np.median(np.diff(recording.times))) if len(recording.times) > 1 else 0.0
+        for time, ranges in zip(map(_nanoseconds, recording.times), recording.ranges.astype(np.float32), strict=True):
             message = self._types[SCAN](
                 header=self._header(time, f"{robot}/scan"),
                 angle_min=float(angles[0]),
@@ -143,9 +149,9 @@ class _Maker:
             )
             yield _Sent(time, 3, f"/{robot}/scan", SCAN, message)
 
-    def _maps(self, robot: str, one: Recording) -> Iterator[_Sent]:
-        for scan, grid in one.maps():
-            time = _nanoseconds(one.times[scan])
+    def _maps(self, robot: str, recording: Recording) -> Iterator[_Sent]:
+        for scan, grid in recording.maps():
+            time = _nanoseconds(recording.times[scan])
             yield _Sent(time, 4, f"/{robot}/map", MAP, self._map(time, f"{robot}/map", grid))
 
     def _map(self, time: int, frame: str, grid: OccupancyGrid) -> Any:

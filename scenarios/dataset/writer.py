@@ -123,7 +123,7 @@ class DataSetWriter:
             "splits": {name: count for name, count in counts.items() if count},
         }
         info |= {"discarded": {"count": found.discarded.total(), "reasons": dict(sorted(found.discarded.items()))}}
-        info |= {"failed": sorted(found.failed, key=lambda one: str(one["pair_id"]))}
+        info |= {"failed": sorted(found.failed, key=lambda failure: str(failure["pair_id"]))}
         replace_file(self.folder / PICTURE, picture(self.folder))
         replace_file(self.folder / CARD, card(info, min(path for path in found.checksums if "/maps/" in path)).encode())
         tops = (*(f"{split}/{METADATA}" for split in info["splits"]), CARD, PICTURE)
@@ -134,7 +134,7 @@ class DataSetWriter:
         return info
 
     def _check_folder(self, *, force: bool) -> None:
-        """Refuse a folder in which something lies that is no data set of ours, or a finished one."""
+        """Refuse a folder in which something lies that is no data set of ours, or a finished data set."""
         if self.folder.exists() and not self.folder.is_dir():
             raise InputError(f"{self.folder}: is a file; a data set goes into a folder")
         if not self.folder.is_dir() or (self.folder / JOURNAL).is_file():

@@ -65,7 +65,7 @@ class LocalPool(Executor):
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Queue a task; function and arguments must be picklable."""
         grown = self._submitted >= RECYCLE_AFTER * self._count and any(
-            memory_mb(one.pid or 0) > GROWN_MB for one in self._workers.values()
+            memory_mb(worker.pid or 0) > GROWN_MB for worker in self._workers.values()
         )
         if grown:
             self._pool.shutdown()
