@@ -5,13 +5,13 @@ MARK := $(VENV)/.installed
 # PyBullet has wheels for Python 3.11 and earlier only, so 3.11 is looked for first.
 PYTHON ?= $(shell command -v python3.11 || command -v python3 || command -v python)
 
-.PHONY: demo test test-fast check bench fuzz results picture docs clean
+.PHONY: demo test test-fast check coverage bench fuzz results picture docs clean
 
 demo: $(MARK)-sim
 	$(BIN)/rectbench demo -o demo --force
 
 test: $(MARK)-all
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --durations=25
 
 test-fast: $(MARK)-all
 	$(BIN)/python -m pytest -m "not slow and not sim and not real"
@@ -24,6 +24,10 @@ check: $(MARK)-all
 
 bench: $(MARK)-all
 	$(BIN)/python -m pytest tests/bench -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,rounds
+
+# The whole of the tests with the branches they take; fails below what pyproject.toml says.
+coverage: $(MARK)-all
+	$(BIN)/python -m pytest --cov --cov-report=term --durations=25
 
 # Random and hostile maps and files for some ten minutes; `make test` tries a few of each.
 fuzz: $(MARK)-all

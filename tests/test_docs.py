@@ -3,6 +3,7 @@ from pathlib import Path
 
 import pytest
 
+import rectmerge as rm
 from scenarios.suites.suite import load_suite
 
 ROOT = Path(__file__).parents[1]
@@ -35,3 +36,11 @@ def test_the_example_of_damage_runs(monkeypatch):
 def test_links_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8")):
         assert target.startswith("http") or (page.parent / target).exists(), target
+
+
+def test_the_page_of_the_library_holds_every_public_name():
+    page = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^::: rectmerge\.(\S+)$", page, re.MULTILINE)
+
+    missing = [name for name, home in rm._HOME.items() if home not in shown and f"{home}.{name}" not in shown]
+    assert not missing

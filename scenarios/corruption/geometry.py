@@ -21,7 +21,7 @@ MIDDLE = (0.3, 0.7)  # a kink leaves at least about this share of the known cell
 
 
 def bend(grid: OccupancyGrid, degrees: float, rng: np.random.Generator) -> Damaged:
-    """Bend a map smoothly, as a heading does that drifts to and fro.
+    """Bend a map smoothly, as a heading does that drifts back and forth.
 
     Parameters
     ----------
