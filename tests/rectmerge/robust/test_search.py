@@ -62,7 +62,7 @@ def test_a_likelier_placement_between_two_counts_once():
     search, ranking = searched(*pair(noise=1))
     apart = search.same_within
     beside = np.array([[0, 0, side * 0.7 * apart, 0] for side in (-1, 0, 1)])
-    three = ranking.of(np.zeros(3, np.intp))
+    three = ranking.take(np.zeros(3, np.intp))
     likelihood = np.array([1.0, 2.0, 1.0])
     odds = np.array([5.0, 4.9, 5.0])
     placements = three.placements + beside
@@ -77,9 +77,9 @@ def test_the_truth_is_the_only_plausible_placement():
 
     assert ranking.plausibility[0] > 3
     assert (ranking.plausibility[1:] < ranking.plausibility[0] - 3).all()
-    assert ranking.met[0] > 0.9
-    assert ranking.far[0] < 0.05
-    assert ranking.missing[0] < 0.05
+    assert ranking.matched[0] > 0.9
+    assert ranking.contradicted[0] < 0.05
+    assert ranking.violations[0] < 0.05
     assert ranking.overlap[0] > 0.95
     assert ranking.support[0] > ranking.support[1]
 
@@ -107,7 +107,7 @@ def test_rivals_of_a_placement_hold_the_truth_if_it_has_the_same_scale(shift):
 
 def test_joined_rankings_keep_the_best_of_both():
     search, ranking = searched(*pair(noise=1))
-    halves = [ranking.of(np.arange(start, len(ranking), 2)) for start in (0, 1)]
+    halves = [ranking.take(np.arange(start, len(ranking), 2)) for start in (0, 1)]
 
     joined = search.ranked(halves[1].concat(halves[0]))
 
