@@ -5,7 +5,7 @@ MARK := $(VENV)/.installed
 # PyBullet has wheels for Python 3.11 and earlier only, so 3.11 is looked for first.
 PYTHON ?= $(shell command -v python3.11 || command -v python3 || command -v python)
 
-.PHONY: demo test test-fast check coverage bench fuzz results picture docs clean
+.PHONY: demo test test-fast check coverage bench bench-release fuzz results picture docs clean
 
 demo: $(MARK)-sim
 	$(BIN)/rectbench demo -o demo --force
@@ -22,8 +22,14 @@ check: $(MARK)-all
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# Times as ratios to a yardstick of the same run, against the latest release's; on a quiet machine.
 bench: $(MARK)-all
-	$(BIN)/python -m pytest tests/bench -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,rounds
+	$(BIN)/python -m pytest tests/bench -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,rounds --benchmark-json=bench.json
+	$(BIN)/python -m tests.bench.ratios save bench.json bench-ratios.json
+	@latest=$$(ls results/bench/*.json 2>/dev/null | sort -V | tail -1); test -z "$$latest" || $(BIN)/python -m tests.bench.ratios compare bench-ratios.json "$$latest"
+
+bench-release: bench
+	cp bench-ratios.json results/bench/$$($(BIN)/python -c 'import rectmerge; print(rectmerge.__version__)').json
 
 # The whole of the tests with the branches they take; fails below what pyproject.toml says.
 coverage: $(MARK)-all

@@ -1,12 +1,17 @@
-"""Shows beneath the times what each bench noted of itself in `benchmark.extra_info`: ratios, sizes, memory."""
+"""The yardstick before each bench, and beneath the times each bench's `benchmark.extra_info`: ratios, sizes, memory."""
 
 import pytest
+
+from tests.bench.ratios import yardstick_seconds
+
+YARDSTICK = "yardstick_s"  # of the same run, just before: machines and minutes differ, ratios hardly
 
 
 @pytest.fixture(autouse=True)
 def noted(request, benchmark):
+    benchmark.extra_info[YARDSTICK] = yardstick_seconds()
     yield
-    request.node.user_properties += benchmark.extra_info.items()
+    request.node.user_properties += [item for item in benchmark.extra_info.items() if item[0] != YARDSTICK]
 
 
 def pytest_terminal_summary(terminalreporter):
