@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from rectmerge.errors import InputError
-from scenarios.suites.random_values import drawn
+from scenarios.suites.random_values import sample_values
 from scenarios.suites.suite import Contender
-from scenarios.suites.toml_tables import structured
+from scenarios.suites.toml_tables import structure
 
 ENTRANTS, TUNED = (Path(__file__).parent / name for name in ("entrants.toml", "tuned.toml"))
 EVERYBODY = "everybody"  # a name that stands for all of them
@@ -33,7 +33,7 @@ class Entrant(Contender):
 
     def configurations(self, budget: int, *, seed: int = 0) -> list[Contender]:
         """Return the authors' parameters and as many more, drawn from the space, as the budget has left."""
-        others = [drawn(self.space, name=self.label, seed=seed + k, first=seed) for k in range(1, budget)]
+        others = [sample_values(self.space, name=self.label, seed=seed + k, first=seed) for k in range(1, budget)]
         fields = [self.set, *({**self.set, **other} for other in others)]
         return [Contender(label=f"{self.label}-{k}", method=self.method, set=values) for k, values in enumerate(fields)]
 
@@ -41,13 +41,13 @@ class Entrant(Contender):
 def entrants() -> list[Entrant]:
     """Return the methods of the leaderboard with their authors' parameters."""
     table = tomllib.loads(ENTRANTS.read_text(encoding="utf-8"))
-    return structured(table["entrants"], list[Entrant], "entrants")
+    return structure(table["entrants"], list[Entrant], "entrants")
 
 
 def tuned() -> list[Contender]:
     """Return the same methods as ``rectbench tune`` left them."""
     table = tomllib.loads(TUNED.read_text(encoding="utf-8"))
-    return structured(table["contenders"], list[Contender], "contenders")
+    return structure(table["contenders"], list[Contender], "contenders")
 
 
 def contenders() -> list[Contender]:

@@ -1,7 +1,7 @@
-"""Damage to a finished map: single kinds with a strength and a seed, and the noise levels made of them."""
+"""Corruptions of finished maps: each by name, strength and seed, and the noise levels composed of them."""
 
-from scenarios.corruption.kinds import KINDS, check_damages, corrupt
-from scenarios.corruption.levels import NOISE_LEVELS, damage, noise_strength
-from scenarios.corruption.motions import Damaged
+from scenarios.corruption.catalogue import CORRUPTIONS, check_corruptions, corrupt
+from scenarios.corruption.noise_levels import NOISE_LEVELS, add_noise, noise_strength
+from scenarios.corruption.point_motions import CorruptedMap
 
-__all__ = ["KINDS", "NOISE_LEVELS", "Damaged", "check_damages", "corrupt", "damage", "noise_strength"]
+__all__ = ["CORRUPTIONS", "NOISE_LEVELS", "CorruptedMap", "add_noise", "check_corruptions", "corrupt", "noise_strength"]

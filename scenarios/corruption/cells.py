@@ -1,4 +1,4 @@
-"""Damage that changes cells and moves nothing: each kind with a strength and a generator."""
+"""Corruptions that change cells and move no point."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ PATCH_CELLS = 24  # double walls come in patches of about this size
 
 def salt(grid: OccupancyGrid, share: float, rng: np.random.Generator) -> OccupancyGrid:
     """Turn a share of the free cells, chosen one by one, to occupied."""
-    return _with(grid, _chosen(grid.free, share, rng), OCCUPIED)
+    return _with_values(grid, _random_subset(grid.free, share, rng), OCCUPIED)
 
 
 def wall_dropout(grid: OccupancyGrid, share: float, rng: np.random.Generator) -> OccupancyGrid:
     """Turn a share of the occupied cells, chosen one by one, to unknown."""
-    return _with(grid, _chosen(grid.occupied, share, rng), UNKNOWN)
+    return _with_values(grid, _random_subset(grid.occupied, share, rng), UNKNOWN)
 
 
 def wall_edge_flips(grid: OccupancyGrid, share: float, rng: np.random.Generator) -> OccupancyGrid:
     """Flip a share of the cells where free space and walls touch: free to occupied and occupied to free."""
-    beside_free, beside_wall = _beside(grid.free), _beside(grid.occupied)
-    flipped = _chosen((grid.free & beside_wall) | (grid.occupied & beside_free), share, rng)
-    return _with(grid, flipped, np.where(grid.free, OCCUPIED, FREE))
+    near_free, near_wall = _dilated(grid.free), _dilated(grid.occupied)
+    flipped = _random_subset((grid.free & near_wall) | (grid.occupied & near_free), share, rng)
+    return _with_values(grid, flipped, np.where(grid.free, OCCUPIED, FREE))
 
 
 def double_walls(grid: OccupancyGrid, share: float, rng: np.random.Generator) -> OccupancyGrid:
-    """Draw a share of the walls, in patches, a second time two to four cells aside, as a slipped scan does."""
+    """Draw a share of the walls, in patches, a second time, two to four cells aside, as a misplaced scan causes."""
     _check_share(share)
     walls = np.argwhere(grid.occupied)  # (N, 2)
     cells = grid.occupancy.copy()
@@ -46,7 +46,7 @@ def double_walls(grid: OccupancyGrid, share: float, rng: np.random.Generator) ->
 
 
 def spurious_rays(grid: OccupancyGrid, count: int, rng: np.random.Generator) -> OccupancyGrid:
-    """Draw thin free rays from free cells through whatever is there, 20 to 80 cells long, as glass and mirrors do."""
+    """Draw thin free rays, 20 to 80 cells long, from free cells through everything, as glass and mirrors cause."""
     starts = np.argwhere(grid.free)
     cells = np.ascontiguousarray(grid.occupancy).copy()
     for _ in range(count if len(starts) else 0):
@@ -59,7 +59,7 @@ def spurious_rays(grid: OccupancyGrid, count: int, rng: np.random.Generator) -> 
 
 
 def blobs(grid: OccupancyGrid, count: int, rng: np.random.Generator) -> OccupancyGrid:
-    """Put discs of 2 to 5 cells radius on free cells, occupied or unknown, as people and unseen corners do."""
+    """Put occupied or unknown discs of 2 to 5 cells radius on free cells, as people and unseen corners cause."""
     starts = np.argwhere(grid.free)
     cells = grid.occupancy.copy()
     rows, cols = np.indices(grid.shape)
@@ -71,20 +71,20 @@ def blobs(grid: OccupancyGrid, count: int, rng: np.random.Generator) -> Occupanc
 
 
 def erosion(grid: OccupancyGrid, cells: float) -> OccupancyGrid:
-    """Take `cells` off every side of the walls, so that those up to twice as thick vanish.
+    """Erode the walls by `cells` on every side; walls up to twice as thick vanish.
 
-    What is left bare turns free where free space is as near, else unknown.
+    Removed cells turn free where free space is as near, else unknown.
     """
     free, unknown = (_within(mask, cells) for mask in (grid.free, grid.unknown))
-    return _with(grid, grid.occupied & (free | unknown), np.where(free, FREE, UNKNOWN))
+    return _with_values(grid, grid.occupied & (free | unknown), np.where(free, FREE, UNKNOWN))
 
 
 def dilation(grid: OccupancyGrid, cells: float) -> OccupancyGrid:
     """Add `cells` to every side of the walls, over free and unknown space alike."""
-    return _with(grid, _within(grid.occupied, cells), OCCUPIED)
+    return _with_values(grid, _within(grid.occupied, cells), OCCUPIED)
 
 
-def _chosen(mask: NDArray[np.bool_], share: float, rng: np.random.Generator) -> NDArray[np.bool_]:
+def _random_subset(mask: NDArray[np.bool_], share: float, rng: np.random.Generator) -> NDArray[np.bool_]:
     """Choose each cell of a mask with probability `share`."""
     _check_share(share)
     picked: NDArray[np.bool_] = mask & (rng.random(mask.shape) < share)
@@ -96,20 +96,20 @@ def _check_share(share: float) -> None:
         raise InputError(f"a share must lie in 0..1, got {share}")
 
 
-def _beside(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Cells that a mask covers or touches, corners included."""
+def _dilated(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the cells that a mask covers or touches, corners included."""
     return cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)).astype(np.bool_)
 
 
 def _within(mask: NDArray[np.bool_], cells: float) -> NDArray[np.bool_]:
-    """Cells whose centres lie within a distance, in cells, of the centre of a cell of the mask."""
+    """Return the cells whose centres lie within a distance, in cells, of the centre of a cell of the mask."""
     if not mask.any():
         return mask
-    away = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    near: NDArray[np.bool_] = away <= cells
+    distances = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    near: NDArray[np.bool_] = distances <= cells
     return near
 
 
-def _with(grid: OccupancyGrid, mask: NDArray[np.bool_], value: int | NDArray[np.int64]) -> OccupancyGrid:
-    """The same grid with other cells under a mask."""
+def _with_values(grid: OccupancyGrid, mask: NDArray[np.bool_], value: int | NDArray[np.int64]) -> OccupancyGrid:
+    """Return the grid with other values under a mask."""
     return OccupancyGrid(np.where(mask, value, grid.occupancy).astype(np.int8), grid.resolution, grid.origin)

@@ -1,7 +1,7 @@
-"""Damage that moves points: what a map shows, and by the same index map where its points went.
+"""Corruptions that move points: the new cells, and the motion of the points by the same index map.
 
-Every new cell takes the value of the old cell that came there, of several the strongest: occupied, then free, then
-unknown. `Damaged.moved` is the motion that was used, between pixel centres.
+Every new cell takes the value of the old cell that moved there; of several, occupied wins over free and free over
+unknown. `CorruptedMap.map_points` is that motion, between pixel centres.
 """
 
 from __future__ import annotations
@@ -14,28 +14,28 @@ from numpy.typing import ArrayLike, NDArray
 from rectmerge.errors import InputError
 from rectmerge.grid import UNKNOWN, OccupancyGrid
 from rectmerge.similarity import Similarity
-from scenarios.corruption.motions import Damaged, Kink, Points, Stretch, Waves
+from scenarios.corruption.point_motions import CorruptedMap, Kink, Points, Stretch, Waves
 
 Size = tuple[int, int]
 MIDDLE = (0.3, 0.7)  # a kink leaves at least about this share of the known cells on either side
 
 
-def bend(grid: OccupancyGrid, degrees: float, rng: np.random.Generator) -> Damaged:
-    """Bend a map smoothly, as a heading does that drifts back and forth.
+def bend(grid: OccupancyGrid, degrees: float, rng: np.random.Generator) -> CorruptedMap:
+    """Bend a map smoothly, as a drifting heading causes.
 
     Parameters
     ----------
     grid
         The map.
     degrees
-        How far a wall turns where it turns most. The waves are as long as the map to twice that: corridors become
-        arcs, right angles stay nearly right.
+        Largest local turn of a wall. The wavelengths are one to two map diagonals: corridors become arcs, right
+        angles stay nearly right.
     rng
-        Of the waves' direction, lengths and phases.
+        Randomness of the waves' direction, lengths and phases.
 
     Returns
     -------
-    Damaged
+    CorruptedMap
         The image grows so that nothing is lost.
     """
     angle = rng.uniform(0, 2 * math.pi)
@@ -46,57 +46,57 @@ def bend(grid: OccupancyGrid, degrees: float, rng: np.random.Generator) -> Damag
     margin = math.ceil(float(np.hypot(*sideways.T).sum()))
     low, (height, width) = np.array([-margin, -margin]), grid.shape
     old = waves.undo(_centres((width + 2 * margin, height + 2 * margin), low))
-    return Damaged(_onto(grid, taken(grid, old), low), (waves, _shift(-low)))
+    return CorruptedMap(_onto(grid, sample_nearest(grid, old), low), (waves, _shift(-low)))
 
 
-def stretch(grid: OccupancyGrid, percent: float, rng: np.random.Generator) -> Damaged:
-    """Stretch a map along one direction, as wheels do that are wrong by a factor in corridors of one direction.
+def stretch(grid: OccupancyGrid, percent: float, rng: np.random.Generator) -> CorruptedMap:
+    """Stretch a map along one direction, as a wrong wheel radius causes in corridors of one direction.
 
     Parameters
     ----------
     grid
         The map.
     percent
-        How much longer it gets along the direction; negative makes it shorter.
+        Percent of extra length along the direction; negative shortens.
     rng
-        Of the direction.
+        Randomness of the direction.
 
     Returns
     -------
-    Damaged
+    CorruptedMap
         The image grows so that nothing is lost.
     """
     angle = rng.uniform(0, math.pi)
     along = np.array([math.cos(angle), math.sin(angle)])
     size = np.array(grid.shape[::-1])
-    how = Stretch((size - 1) / 2, np.eye(2) + percent / 100 * np.outer(along, along))
+    motion = Stretch((size - 1) / 2, np.eye(2) + percent / 100 * np.outer(along, along))
     margin = math.ceil(abs(percent) / 100 * math.hypot(*size) / 2)
     low = np.array([-margin, -margin])
-    old = how.undo(_centres(size + 2 * margin, low))
-    return Damaged(_onto(grid, taken(grid, old), low), (how, _shift(-low)))
+    old = motion.undo(_centres(size + 2 * margin, low))
+    return CorruptedMap(_onto(grid, sample_nearest(grid, old), low), (motion, _shift(-low)))
 
 
-def kink(grid: OccupancyGrid, degrees: float, rng: np.random.Generator) -> Damaged:
-    """Turn everything beyond a line about a point on it, as a SLAM does that loses its heading at a door.
+def kink(grid: OccupancyGrid, degrees: float, rng: np.random.Generator) -> CorruptedMap:
+    """Turn everything beyond a line about a point on it, as SLAM does when it loses its heading at a door.
 
     Parameters
     ----------
     grid
         The map.
     degrees
-        How far it turns, counter-clockwise to the eye.
+        Turn, counter-clockwise to the eye.
     rng
-        Of the line, which has known cells on both sides, and of the point, a known cell beside it.
+        Randomness of the line, which has known cells on both sides, and of the point, a known cell next to it.
 
     Returns
     -------
-    Damaged
-        The image grows so that nothing known is lost. Where the parts come to lie on each other, occupied wins over
-        free and free over unknown; between them a wedge stays unknown.
+    CorruptedMap
+        The image grows so that nothing known is lost. Where the parts overlap, occupied wins over free and free over
+        unknown; between them a wedge stays unknown.
     """
     known = np.argwhere(~grid.unknown)[:, ::-1].astype(np.float64)  # (N, 2), pixels
     if not len(known):
-        return Damaged(grid)
+        return CorruptedMap(grid)
     angle = rng.uniform(0, 2 * math.pi)
     beyond = np.array([math.cos(angle), math.sin(angle)])
     across = known @ beyond
@@ -104,17 +104,17 @@ def kink(grid: OccupancyGrid, degrees: float, rng: np.random.Generator) -> Damag
     turned = Similarity(1.0, -math.radians(degrees))  # pixels have v down
     tx, ty = about - turned.apply(about)
     slip = Kink(about, beyond, Similarity(1.0, turned.angle, float(tx), float(ty)))
-    went = slip.apply(known)
-    low = np.minimum(0, np.floor(went.min(axis=0))).astype(int)
-    high = np.maximum(np.array(grid.shape[::-1]) - 1, np.ceil(went.max(axis=0))).astype(int)
+    moved = slip.apply(known)
+    low = np.minimum(0, np.floor(moved.min(axis=0))).astype(int)
+    high = np.maximum(np.array(grid.shape[::-1]) - 1, np.ceil(moved.max(axis=0))).astype(int)
     centres = _centres(high - low + 1, low)
     old = slip.turn.inverse().apply(centres)
-    stays = np.where(slip.is_beyond(centres), UNKNOWN, taken(grid, centres))
-    turns = np.where(slip.is_beyond(old), taken(grid, old), UNKNOWN)
-    return Damaged(_onto(grid, np.maximum(stays, turns), low), (slip, _shift(-low)))
+    stays = np.where(slip.is_beyond(centres), UNKNOWN, sample_nearest(grid, centres))
+    turns = np.where(slip.is_beyond(old), sample_nearest(grid, old), UNKNOWN)
+    return CorruptedMap(_onto(grid, np.maximum(stays, turns), low), (slip, _shift(-low)))
 
 
-def resize_cells(grid: OccupancyGrid, factor: float) -> Damaged:
+def resize_cells(grid: OccupancyGrid, factor: float) -> CorruptedMap:
     """Change the size of the cells, over the same floor.
 
     Parameters
@@ -126,14 +126,14 @@ def resize_cells(grid: OccupancyGrid, factor: float) -> Damaged:
 
     Returns
     -------
-    Damaged
+    CorruptedMap
         Where several old cells fall into a new one, occupied wins over free and free over unknown, so that walls one
         cell thick survive.
     """
     height, width = (math.ceil(side * factor - 1e-9) for side in grid.shape)
     shift = (factor - 1) / 2  # pixel centres lie at integers, so (0, 0) is half a cell from the corner
     pixels = Similarity(factor, 0.0, shift, shift)
-    cells = taken(grid, pixels.inverse().apply(_centres((width, height))))
+    cells = sample_nearest(grid, pixels.inverse().apply(_centres((width, height))))
     if factor < 1:
         v, u = np.indices(grid.shape)
         new = _nearest(pixels.apply(np.stack([u, v], axis=-1)))
@@ -141,7 +141,7 @@ def resize_cells(grid: OccupancyGrid, factor: float) -> Damaged:
     resolution = None if grid.resolution is None else grid.resolution / factor
     corner = pixels.inverse().apply([-0.5, height - 0.5])
     x, y = grid.pixel_to_map(corner) * (factor if resolution is None else 1.0)  # a map frame in cells: in new ones
-    return Damaged(OccupancyGrid(cells, resolution, (float(x), float(y), grid.origin[2])), (pixels,))
+    return CorruptedMap(OccupancyGrid(cells, resolution, (float(x), float(y), grid.origin[2])), (pixels,))
 
 
 def turn_image(grid: OccupancyGrid, turn_deg: float, canvas: Size | None = None) -> tuple[OccupancyGrid, Similarity]:
@@ -162,11 +162,11 @@ def turn_image(grid: OccupancyGrid, turn_deg: float, canvas: Size | None = None)
         The turned map, its map frame at its own lower-left corner, and the similarity from the pixels of the old
         image to those of the new one: exactly the index map that was used.
     """
-    pixels, size = onto_canvas(grid.shape, turn_deg, 1.0, canvas)
-    return OccupancyGrid(taken(grid, pixels.inverse().apply(_centres(size))), grid.resolution), pixels
+    pixels, size = rotate_onto_canvas(grid.shape, turn_deg, 1.0, canvas)
+    return OccupancyGrid(sample_nearest(grid, pixels.inverse().apply(_centres(size))), grid.resolution), pixels
 
 
-def onto_canvas(
+def rotate_onto_canvas(
     shape: tuple[int, int], turn_deg: float, factor: float, canvas: Size | None = None
 ) -> tuple[Similarity, Size]:
     """Turn and rescale an image about its centre onto the middle of a canvas.
@@ -205,8 +205,8 @@ def onto_canvas(
     return Similarity(factor, about.angle, float(shift[0]), float(shift[1])), canvas
 
 
-def taken(grid: OccupancyGrid, pixels: Points) -> NDArray[np.int8]:
-    """Take the values (H, W) of the cells nearest to pixels (H, W, 2), unknown outside."""
+def sample_nearest(grid: OccupancyGrid, pixels: Points) -> NDArray[np.int8]:
+    """Return the values (H, W) of the cells nearest to pixels (H, W, 2), unknown outside."""
     at = _nearest(pixels)
     inside = ((at >= 0) & (at < grid.shape[::-1])).all(axis=-1)
     cells = np.full(at.shape[:-1], UNKNOWN, dtype=np.int8)
@@ -215,7 +215,7 @@ def taken(grid: OccupancyGrid, pixels: Points) -> NDArray[np.int8]:
 
 
 def _centres(size: Size | NDArray[np.int64], low: ArrayLike = (0, 0)) -> Points:
-    """Pixel centres (H, W, 2) of an image of a size (width, height) whose first pixel is `low`."""
+    """Return pixel centres (H, W, 2) of an image of a size (width, height) whose first pixel is `low`."""
     v, u = np.indices((int(size[1]), int(size[0])))
     return np.stack([u, v], axis=-1).astype(np.float64) + np.asarray(low, dtype=np.float64)
 
@@ -225,7 +225,7 @@ def _nearest(pixels: Points) -> NDArray[np.int64]:
 
 
 def _onto(grid: OccupancyGrid, cells: NDArray[np.int8], low: NDArray[np.int64]) -> OccupancyGrid:
-    """A map of other cells in the map frame of `grid`, the first of them at its pixel `low`."""
+    """Return a map of other cells in the map frame of `grid`, the first of them at its pixel `low`."""
     x, y = grid.pixel_to_map([low[0] - 0.5, low[1] + len(cells) - 0.5])
     return OccupancyGrid(cells, grid.resolution, (float(x), float(y), grid.origin[2]))
 

@@ -16,7 +16,7 @@ from rectmerge.drawing.maps import beside, draw_map
 from rectmerge.drawing.overlay import draw_overlay
 from rectmerge.errors import SimulationError
 from scenarios.pairs.pair import MapPair
-from scenarios.suites.random_missions import draw_sources
+from scenarios.suites.random_missions import random_sources
 from scenarios.suites.suite import MissionSource
 from sim.floorplans import FAMILIES
 from sim.slam.pose_sources import PoseSource
@@ -32,7 +32,7 @@ SEED = 1  # not that of the pairs that are measured: what is shown was not chose
 
 def contact_sheet(pairs: int = PAIRS) -> Picture:
     """Draw pairs of every family and pose source: A, B, and B on A by the truth; shape (H, W, 3), RGB."""
-    sources = draw_sources(TRIES * PERIOD, seed=SEED, poses=POSES)
+    sources = random_sources(TRIES * PERIOD, seed=SEED, poses=POSES)
     shown = [_first_made(sources[k % PERIOD :: PERIOD]) for k in range(pairs)]
     return beside([strip(pair) for pair in shown], [_caption(pair) for pair in shown], columns=COLUMNS)
 

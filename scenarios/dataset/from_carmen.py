@@ -11,8 +11,8 @@ import numpy as np
 from rectmerge.errors import InputError, SimulationError
 from scenarios.dataset.generate import SEED_STRIDE
 from scenarios.pairs.map_view import MapSpec, PlacedMap, place_map
-from scenarios.pairs.pair import MapPair, map_info, pair_of
-from scenarios.pairs.truth import Seen, common_points
+from scenarios.pairs.pair import MapPair, map_attributes, pair_from_maps
+from scenarios.pairs.truth import ScannedSurface, common_points
 from sim.importers.surveys import Survey
 from sim.missions.log import RobotLog
 
@@ -71,14 +71,14 @@ class CutSource:
         of_a, of_b, of_points = np.random.SeedSequence(self.seed).spawn(3)
         (part_a, part_b), lidar = self._parts(), self.survey.lidar
         a, b = self._placed(part_a, self.specs[0], of_a), self._placed(part_b, self.specs[1], of_b)
-        seen_a, seen_b = Seen.of(part_a, lidar, a), Seen.of(part_b, lidar, b)
+        seen_a, seen_b = ScannedSurface.from_log(part_a, lidar, a), ScannedSurface.from_log(part_b, lidar, b)
         points = common_points(seen_a, seen_b, np.random.default_rng(of_points))
         if points is None:
             raise SimulationError(
                 f"the parts before and after {self.cut:.2f} of the log show too few surfaces in common for a truth: "
                 "cut elsewhere (--cut) or let both have some scans (--shared)"
             )
-        yield pair_of(
+        yield pair_from_maps(
             a,
             b,
             points,
@@ -94,11 +94,11 @@ class CutSource:
         return self.survey.part(0, middle + more), self.survey.part(middle - more, count)
 
     def _placed(self, part: RobotLog, spec: MapSpec, seed: np.random.SeedSequence) -> PlacedMap:
-        return place_map(part, self.survey.lidar, spec, noise=0, seed=seed, laid_by=self.survey.laid_down(part))
+        return place_map(part, self.survey.lidar, spec, noise=0, seed=seed, scan_poses=self.survey.laid_down(part))
 
     def _info(self, a: PlacedMap, b: PlacedMap) -> dict[str, object]:
         source = "slam" if self.survey.is_matched else "log"
-        of_maps = {**map_info("a", a, self.specs[0]), **map_info("b", b, self.specs[1])}
+        of_maps = {**map_attributes("a", a, self.specs[0]), **map_attributes("b", b, self.specs[1])}
         sources = dict.fromkeys(("pose_source", "pose_source_a", "pose_source_b"), source)
         more = {"family": "carmen", "seed": self.seed, "noise": 0, "cut": self.cut, "shared": self.shared}
         return {**more, **of_maps, **sources, "split": "test"}

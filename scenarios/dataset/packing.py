@@ -23,7 +23,7 @@ from scenarios.dataset.reader import SPLITS
 from scenarios.dataset.rosbag import encode_bag
 from scenarios.execution.attempt import Attempt, attempt
 from scenarios.execution.limits import Limits, call_within
-from scenarios.pairs.pair import Explored, MadeFrom, MapPair, PairSource
+from scenarios.pairs.pair import MapPair, MissionPairs, PairInputs, PairSource
 from scenarios.pairs.truth import control_point_rmse
 from scenarios.scoring.score import Outcome
 from sim.missions.log import MissionLog
@@ -38,7 +38,7 @@ EXACT = ("resolution_a", "resolution_b")  # kept to the last digit: the YAML tel
 class Explorer(Protocol):
     """A source of pairs that runs missions, whose building is known."""
 
-    def explored(self) -> Explored:
+    def mission_pairs(self) -> MissionPairs:
         """Run the mission and make its pairs."""
 
 
@@ -147,14 +147,14 @@ def _make(
     """Add pairs to those that were made, each when it is packed."""
     found: Sequence[MapPair] = ()
     log: MissionLog | None = None
-    made_from: Mapping[str, MadeFrom] = {}
+    inputs: Mapping[str, PairInputs] = {}
     if isinstance(source, Explorer):
-        explored = source.explored()
+        explored = source.mission_pairs()
         package.discarded.extend(explored.log.discarded)
         wanted = source.pair_ids[:count]
         package.failed.update({pair_id: why for pair_id, why in explored.failed.items() if pair_id in wanted})
         found, log = [pair for pair in explored.pairs if pair.pair_id in wanted], explored.log
-        made_from = explored.made_from
+        inputs = explored.inputs
     for pair in islice(source.pairs(), count) if log is None else found:
         if pair.pair_id not in source.pair_ids:
             raise InputError(f"{pair.pair_id!r} is not in the pairs of {source.source_id}")
@@ -162,7 +162,7 @@ def _make(
             number = first + source.pair_ids.index(pair.pair_id)
             row, files = _packed(pair, number, log)
             if bags:
-                row["bag"], bag = _bag(pair, number, made_from.get(pair.pair_id))
+                row["bag"], bag = _bag(pair, number, inputs.get(pair.pair_id))
                 files |= {f"{row['split']}/{path}": data for path, data in bag.items()}
             package.files.update(files)
             package.rows.append(row)
@@ -190,7 +190,7 @@ def _packed(pair: MapPair, number: int, log: MissionLog | None) -> tuple[Metadat
     return row, files
 
 
-def _bag(pair: MapPair, number: int, made: MadeFrom | None) -> tuple[str, dict[str, bytes]]:
+def _bag(pair: MapPair, number: int, made: PairInputs | None) -> tuple[str, dict[str, bytes]]:
     """Write a pair's mission as a bag, by path in its split; empty if no robots can have made the pair."""
     if made is None:
         return "", {}

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.grid import OccupancyGrid
-from scenarios.pairs.map_view import MapSpec, recorded
-from scenarios.pairs.pair import MadeFrom, MapPair
+from scenarios.pairs.map_view import MapSpec, recorded_data
+from scenarios.pairs.pair import MapPair, PairInputs
 from sim.sensors.lidar import Lidar
 from sim.slam.mapping import growing_maps
 from sim.slam.odometry import between, compose
@@ -55,7 +55,7 @@ class Recording:
     def maps(self) -> Iterator[tuple[int, OccupancyGrid]]:
         """Yield the map as it grows, every five seconds, each with the number of its last scan; last the finished one.
 
-        All stand on the cells of the finished map. Until then it has no damage: that comes with the finished map.
+        All stand on the cells of the finished map. Corruptions come with the finished map only.
         """
         resolution, corner = self.grid.cell_size, np.array(self.grid.origin)
         first = int(np.argmax(~np.isnan(self.ranges).all(axis=1))) + 1  # a map needs a reading
@@ -79,7 +79,7 @@ class Recording:
         yield len(self.times) - 1, self.grid
 
 
-def record(pair: MapPair, made: MadeFrom) -> tuple[Recording, Recording]:
+def record(pair: MapPair, made: PairInputs) -> tuple[Recording, Recording]:
     """Make the recordings of both robots of a pair.
 
     Parameters
@@ -93,11 +93,11 @@ def record(pair: MapPair, made: MadeFrom) -> tuple[Recording, Recording]:
     return _record(pair, made, "a", of_a), _record(pair, made, "b", of_b)
 
 
-def _record(pair: MapPair, made: MadeFrom, name: str, seed: np.random.SeedSequence) -> Recording:
+def _record(pair: MapPair, made: PairInputs, name: str, seed: np.random.SeedSequence) -> Recording:
     log, lidar, spec = getattr(made.log, name), getattr(made.log.spec, name).lidar, getattr(made, f"spec_{name}")
     grid: OccupancyGrid = getattr(pair, name)
     assert pair.poses is not None
-    ranges, wheels = recorded(log, lidar, spec, noise=pair.info["noise"], seed=seed)
+    ranges, wheels = recorded_data(log, lidar, spec, noise=pair.info["noise"], seed=seed)
     in_world = np.array(pair.info[f"origin_{name}"])  # where the map's corner lies, and how its rows run
     return Recording(
         lidar=lidar,

@@ -13,7 +13,7 @@ import numpy as np
 
 from rectmerge.grid import OccupancyGrid
 from scenarios.dataset.recording import Recording, record
-from scenarios.pairs.pair import MadeFrom, MapPair
+from scenarios.pairs.pair import MapPair, PairInputs
 from sim.slam.odometry import between
 
 ROBOTS = ("robot1", "robot2")  # of the maps A and B
@@ -33,7 +33,7 @@ class _Sent(NamedTuple):
     message: Any
 
 
-def encode_bag(pair: MapPair, made: MadeFrom, name: str) -> dict[str, bytes]:
+def encode_bag(pair: MapPair, made: PairInputs, name: str) -> dict[str, bytes]:
     """Write a pair's mission as a bag; the same pair gives the same bytes.
 
     Parameters

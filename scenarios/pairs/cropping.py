@@ -1,4 +1,4 @@
-"""The part of a map that a suite asks for."""
+"""Cropping of maps to a size."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ def crop_to_known(grid: OccupancyGrid, size: Size) -> OccupancyGrid:
     width, height = size
     pad_x, pad_y = max(0, width - grid.shape[1]), max(0, height - grid.shape[0])
     left, top = pad_x // 2, pad_y // 2
-    around = ((top, pad_y - top), (left, pad_x - left))
-    cells = np.pad(grid.occupancy, around, constant_values=UNKNOWN)
+    padding = ((top, pad_y - top), (left, pad_x - left))
+    cells = np.pad(grid.occupancy, padding, constant_values=UNKNOWN)
     sums = cv2.integral((cells != UNKNOWN).astype(np.uint8))
-    held = sums[height:, width:] - sums[:-height, width:] - sums[height:, :-width] + sums[:-height, :-width]
-    rows, cols = np.nonzero(held == held.max())
-    middle = (rows - (held.shape[0] - 1) / 2) ** 2 + (cols - (held.shape[1] - 1) / 2) ** 2
+    counts = sums[height:, width:] - sums[:-height, width:] - sums[height:, :-width] + sums[:-height, :-width]
+    rows, cols = np.nonzero(counts == counts.max())
+    middle = (rows - (counts.shape[0] - 1) / 2) ** 2 + (cols - (counts.shape[1] - 1) / 2) ** 2
     row, col = int(rows[np.argmin(middle)]), int(cols[np.argmin(middle)])
     part = cells[row : row + height, col : col + width]
     corner = [col - left - 0.5, row - top + height - 0.5]  # pixel of the window's lower-left corner, in the old image

@@ -1,4 +1,4 @@
-"""Pairs that any method should answer: one clean drawn building, seen whole or in part, with exact truth."""
+"""Easy pairs for every method: views of one clean drawn building, with exact truth."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from rectmerge.analysis.overlap import measure_agreement
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.similarity import Similarity
-from scenarios.pairs.disguise import redraw
 from scenarios.pairs.pair import MapPair
+from scenarios.pairs.random_rescale import turn_and_rescale
 
 Window = tuple[int, int, int, int]  # x, y, w, h in cells of the plan
 PLAN_CELLS = (164, 236)  # (H, W)
@@ -61,7 +61,7 @@ MOST_CONTROL_POINTS = 400
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
-    """How the plan is seen in one map.
+    """View of the plan in one map.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class View:
         """Draw the map; return it with the similarity that takes pixels of the plan to its own."""
         x, y, w, h = self.window
         part = OccupancyGrid(plan.occupancy[y : y + h, x : x + w])
-        drawn, turned = redraw(part, self.turn_deg, self.factor)
+        drawn, turned = turn_and_rescale(part, self.turn_deg, self.factor)
         if self.origin is not None:
             drawn = OccupancyGrid(drawn.occupancy, PLAN_CELL_M / self.factor, (*self.origin, 0.0))
         return drawn, turned @ Similarity(1.0, 0.0, -float(x), -float(y))

@@ -1,4 +1,4 @@
-"""One robot's log made into one map as a method sees it, turned and cropped, and where the world lies in it."""
+"""One robot's map, built from its log, corrupted, cropped and turned, and the world's position in it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
-from scenarios.corruption import Damaged, check_damages, corrupt, damage, noise_strength
+from scenarios.corruption import CorruptedMap, add_noise, check_corruptions, corrupt, noise_strength
 from scenarios.corruption.geometry import Size, turn_image
 from scenarios.pairs.cropping import crop_to_known
 from sim.missions.log import RobotLog
@@ -24,37 +24,36 @@ from sim.slam.pose_sources import PoseSource, Slam, estimate_poses
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapSpec:
-    """How a map is made from a log.
+    """Settings of a map that is built from a log.
 
     Parameters
     ----------
     resolution
         Metres per cell.
     turn_deg
-        How far the building stands turned in the image, degrees, counter-clockwise to the eye; "random" draws it.
+        Turn of the building in the image, degrees, counter-clockwise to the eye; "random" draws it.
     turn
         "frame": the map frame is turned before mapping, so every cell is as sharp as in an upright map.
         "image": the finished image is turned by nearest neighbour, as the paper does.
     extent_cells
-        (width, height) of the upright map: the window with the most known cells, filled up with unknown. Only with
+        (width, height) of the upright map: the window with the most known cells, padded with unknown. Only with
         "image".
     canvas
         (width, height) of the turned image, about the same centre; by default as large as it needs to be. Only with
         "image".
     hide_resolution
-        Whether methods are kept from knowing the resolution.
+        Whether the resolution is hidden from methods.
     poses
-        Which poses the scans are laid down by: the true ones, those counted by the wheels, or those that the robot's
-        own scan matching estimates.
+        Source of the scan poses: the true ones, wheel odometry, or the robot's own scan matching.
     loop_closure
-        Whether the robot bends its path straight when it knows a place again. Only with poses = "slam".
+        Whether the robot closes loops. Only with poses = "slam".
     slam
-        How the robot estimates its poses, and how wrong its wheels are; says nothing with poses = "truth".
+        Settings of pose estimation, and the error of the wheels; unused with poses = "truth".
     corruption
-        Damage done to the map on top of its noise, as (kind, strength) in order: see `scenarios.corruption.corrupt`.
-        The truth follows what moves.
+        Corruptions on top of the noise, as (name, strength) in order: see `scenarios.corruption.corrupt`.
+        The truth follows the points that they move.
     hit, miss
-        Log-odds that a hit adds to its cell, and that a ray takes away from each cell it passes.
+        Log-odds added to a cell by a hit, and subtracted from each cell that a ray passes.
 
     Raises
     ------
@@ -84,7 +83,7 @@ class MapSpec:
             raise InputError(f'turn must be "frame" or "image", got {self.turn!r}')
         if self.poses not in get_args(PoseSource):
             raise InputError(f"poses must be one of {', '.join(get_args(PoseSource))}, got {self.poses!r}")
-        check_damages(self.corruption)
+        check_corruptions(self.corruption)
         if self.loop_closure and self.poses != "slam":
             raise InputError(f'loop_closure needs poses = "slam", got {self.poses!r}')
         for name, odds in (("hit", self.hit), ("miss", self.miss)):
@@ -97,16 +96,16 @@ class MapSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlacedMap:
-    """A map and where the world lies in it.
+    """Map and the position of the world in it.
 
     Parameters
     ----------
     grid
         The map as a method sees it.
     turn_deg
-        How far the building stands turned in it, degrees counter-clockwise to the eye.
+        Turn of the building in it, degrees counter-clockwise to the eye.
     poses, true_poses
-        Where the map took the scanner to be at each scan, and where it was: (x, y, yaw) in the world, shape (S, 3).
+        Scanner poses that the map was built from, and the true ones: (x, y, yaw) in the world, shape (S, 3).
     """
 
     grid: OccupancyGrid
@@ -114,58 +113,61 @@ class PlacedMap:
     poses: NDArray[np.float64]
     true_poses: NDArray[np.float64]
     _built: OccupancyGrid
-    _damaged: Damaged
-    _upright: OccupancyGrid  # damaged and cropped
+    _corrupted: CorruptedMap
+    _upright: OccupancyGrid  # corrupted and cropped
     _frame: Similarity  # from the map frame to the world
     _turned: Similarity  # from the upright map's pixels to the grid's
 
     def world_to_pixel(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Take world points (x, y), shape (..., 2), metres, to pixels (u, v) of the map, as if no pose were wrong."""
+        """Take world points (x, y), shape (..., 2), metres, to pixels (u, v) of the map, ignoring pose errors."""
         at = self._frame.inverse().apply(points)
-        if self._damaged.motions:
-            at = self._damaged.grid.pixel_to_map(self._damaged.moved(self._built.map_to_pixel(at)))
+        if self._corrupted.motions:
+            at = self._corrupted.grid.pixel_to_map(self._corrupted.map_points(self._built.map_to_pixel(at)))
         return self._turned.apply(self._upright.map_to_pixel(at))
 
     def shown_at(self, points: NDArray[np.float64], scans: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Take world points, shape (N, 2), metres, to the pixels where certain scans, shape (N,), put them.
+        """Take world points, shape (N, 2), metres, to the pixels where given scans, shape (N,), place them.
 
-        What a scan sees moves as its pose is wrong: by the rigid motion from the true pose to the one it was laid by.
+        The points of a scan move with its pose error: by the rigid motion from the true pose to the estimated one.
         """
-        was, taken = self.true_poses[scans], self.poses[scans]  # (N, 3)
-        turn, arm = taken[:, 2] - was[:, 2], points - was[:, :2]
-        less, sin = np.cos(turn) - 1.0, np.sin(turn)  # the turn less identity: true poses move nothing, to the bit
-        swing = np.stack([less * arm[:, 0] - sin * arm[:, 1], sin * arm[:, 0] + less * arm[:, 1]], axis=-1)  # (N, 2)
-        return self.world_to_pixel(points + (taken[:, :2] - was[:, :2]) + swing)
+        true, estimated = self.true_poses[scans], self.poses[scans]  # (N, 3)
+        turn, arm = estimated[:, 2] - true[:, 2], points - true[:, :2]
+        cos_1, sin = np.cos(turn) - 1.0, np.sin(turn)  # the turn less identity, so that true poses move nothing at all
+        swing = np.stack([cos_1 * arm[:, 0] - sin * arm[:, 1], sin * arm[:, 0] + cos_1 * arm[:, 1]], axis=-1)  # (N, 2)
+        return self.world_to_pixel(points + (estimated[:, :2] - true[:, :2]) + swing)
 
     @property
     def origin(self) -> tuple[float, float, float]:
-        """Where the grid's lower-left corner lies in the world and how its rows run: a ROS map's origin there."""
+        """Pose of the grid's lower-left corner in the world, as a ROS map's origin: (x, y, yaw)."""
         height = self.grid.shape[0]
         corners = self._turned.inverse().apply([[-0.5, height - 0.5], [0.5, height - 0.5]])
-        corner, right = self._frame.apply(self._undamaged.apply(self._upright.pixel_to_map(corners)))
+        corner, right = self._frame.apply(self._uncorrupted.apply(self._upright.pixel_to_map(corners)))
         return float(corner[0]), float(corner[1]), math.atan2(right[1] - corner[1], right[0] - corner[0])
 
     @property
     def resolution(self) -> float:
-        """Metres per cell of the grid, whether methods may know it or not."""
+        """Metres per cell of the grid, even where it is hidden from methods."""
         return float(self._upright.cell_size)
 
     @property
-    def _undamaged(self) -> Similarity:
-        """The similarity that takes the map frame of the damaged map best to that of the map as it was built."""
-        if not self._damaged.motions:
+    def _uncorrupted(self) -> Similarity:
+        """The similarity that best takes the map frame of the corrupted map to that of the built map."""
+        if not self._corrupted.motions:
             return Similarity()
         height, width = self._built.shape
         pixels = np.stack(np.meshgrid(np.linspace(0, width, 9), np.linspace(0, height, 9)), axis=-1).reshape(-1, 2)
-        went = self._damaged.grid.pixel_to_map(self._damaged.moved(pixels))
-        return Similarity.fit(went, self._built.pixel_to_map(pixels))
+        moved = self._corrupted.grid.pixel_to_map(self._corrupted.map_points(pixels))
+        return Similarity.fit(moved, self._built.pixel_to_map(pixels))
 
     @property
     def ate_m(self) -> float:
-        """The trajectory's error: RMSE of the positions after the best rigid alignment with the true ones, metres."""
-        taken, was = (poses[:, :2] - poses[:, :2].mean(axis=0) for poses in (self.poses, self.true_poses))
-        along, across = float((taken * was).sum()), float((taken[:, 0] * was[:, 1] - taken[:, 1] * was[:, 0]).sum())
-        off = Similarity(1.0, math.atan2(across, along)).apply(taken) - was
+        """Absolute trajectory error, metres: RMSE of the positions after the best rigid alignment to the true ones."""
+        estimated, true = (poses[:, :2] - poses[:, :2].mean(axis=0) for poses in (self.poses, self.true_poses))
+        along, across = (
+            float((estimated * true).sum()),
+            float((estimated[:, 0] * true[:, 1] - estimated[:, 1] * true[:, 0]).sum()),
+        )
+        off = Similarity(1.0, math.atan2(across, along)).apply(estimated) - true
         return float(np.sqrt((off**2).sum(axis=1).mean()))
 
 
@@ -176,35 +178,34 @@ def place_map(
     *,
     noise: int,
     seed: np.random.SeedSequence,
-    laid_by: NDArray[np.float64] | None = None,
+    scan_poses: NDArray[np.float64] | None = None,
 ) -> PlacedMap:
-    """Build, damage, crop and turn one robot's map.
+    """Build, corrupt, crop and turn one robot's map.
 
     Parameters
     ----------
     log, lidar
         The true ranges, and the scanner that read them.
     spec
-        What the map should be.
+        Settings of the map.
     noise
         Noise level 0 to 3, of the scanner and of the cells.
     seed
-        Of the turn, the grid's phase and the wheels, which do not depend on the noise level, and of the noise.
-    laid_by
-        Poses (S, 3) that the scans are laid down by, of a robot whose wheels are its own; None estimates them as the
-        spec says.
+        Seed of the turn, the grid's phase and the wheels, which do not depend on the noise level, and of the noise.
+    scan_poses
+        Poses (S, 3) of the scans, of a robot with real odometry; None estimates them as the spec asks.
     """
     of_frame, of_scans, of_cells, of_poses, of_more = _streams(seed)
-    drawn, phase = of_frame.uniform(-180.0, 180.0), of_frame.uniform(0.0, spec.resolution, 2)
-    turn_deg = drawn if spec.turn_deg == "random" else float(spec.turn_deg)
+    random_deg, phase = of_frame.uniform(-180.0, 180.0), of_frame.uniform(0.0, spec.resolution, 2)
+    turn_deg = random_deg if spec.turn_deg == "random" else float(spec.turn_deg)
     yaw = -math.radians(turn_deg) if spec.turn == "frame" else 0.0
     frame = (float(log.poses[0, 0] + phase[0]), float(log.poses[0, 1] + phase[1]), yaw)  # about where the robot started
     ranges = _read_out(log, lidar, noise, of_scans)
-    if laid_by is None:
-        laid_by = _estimated(log, lidar, spec, ranges, of_poses)
-    built = _built(lidar, spec, ranges, frame, laid_by)
-    damaged = corrupt(damage(built, noise, of_cells), spec.corruption, seed=int(of_more.integers(1 << 62)))
-    upright = damaged.grid
+    if scan_poses is None:
+        scan_poses = _estimate(log, lidar, spec, ranges, of_poses)
+    built = _build(lidar, spec, ranges, frame, scan_poses)
+    corrupted = corrupt(add_noise(built, noise, of_cells), spec.corruption, seed=int(of_more.integers(1 << 62)))
+    upright = corrupted.grid
     if spec.extent_cells is not None:
         upright = crop_to_known(upright, spec.extent_cells)
     grid, turned = upright, Similarity()
@@ -215,36 +216,35 @@ def place_map(
     return PlacedMap(
         grid=grid,
         turn_deg=turn_deg,
-        poses=laid_by,
+        poses=scan_poses,
         true_poses=log.poses,
         _built=built,
-        _damaged=damaged,
+        _corrupted=corrupted,
         _upright=upright,
         _frame=Similarity(1.0, frame[2], frame[0], frame[1]),
         _turned=turned,
     )
 
 
-def recorded(
+def recorded_data(
     log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: np.random.SeedSequence
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return what a robot had to make its map from, given what `place_map` is given.
+    """Return the data that a robot built its map from, for the arguments of `place_map`.
 
     Returns
     -------
     ranges
-        What its scanner reported, shape (S, B), metres: inf where nothing is in reach, nan where a beam was lost.
+        Reported ranges, shape (S, B), metres: inf where nothing is in reach, nan where a beam was lost.
     wheels
-        Its poses by the wheels, shape (S, 3): as its mapper was given them, or as in the log if it had the truth.
+        Wheel odometry, shape (S, 3): the mapper's input, or the log's where the mapper had the truth.
     """
     _, of_scans, _, of_poses, _ = _streams(seed)
-    is_told = spec.poses == "truth"
-    wheels = log.odometry if is_told else drive_blind(log.poses, of_poses, level=spec.slam.wheel_level)
+    wheels = log.odometry if spec.poses == "truth" else drive_blind(log.poses, of_poses, level=spec.slam.wheel_level)
     return _read_out(log, lidar, noise, of_scans), wheels
 
 
 def _streams(seed: np.random.SeedSequence) -> list[np.random.Generator]:
-    """Return the randomness of the frame, the scans, the cells, the poses, and further damage; always the same."""
+    """Return generators for the frame, the scans, the noise, the poses and the corruptions; the same on each call."""
     own = np.random.SeedSequence(seed.entropy, spawn_key=seed.spawn_key)  # spawning from the other would change it
     return [np.random.default_rng(child) for child in own.spawn(5)]
 
@@ -254,7 +254,7 @@ def _read_out(log: RobotLog, lidar: Lidar, noise: int, rng: np.random.Generator)
     return lidar.observe(log.ranges, log.glass, rng, level=strength) if strength else lidar.limit(log.ranges)
 
 
-def _estimated(
+def _estimate(
     log: RobotLog, lidar: Lidar, spec: MapSpec, ranges: NDArray[np.float64], rng: np.random.Generator
 ) -> NDArray[np.float64]:
     """Estimate the poses (S, 3) of the scans that were read."""
@@ -270,7 +270,7 @@ def _estimated(
     )
 
 
-def _built(
+def _build(
     lidar: Lidar,
     spec: MapSpec,
     ranges: NDArray[np.float64],

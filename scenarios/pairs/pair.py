@@ -1,4 +1,4 @@
-"""A pair of maps with its truth, and how one is made from a mission log."""
+"""Pairs of maps with their truth, made from mission logs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sim.missions.log import MissionLog
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MapPair:
-    """Two maps and what is known of how they relate.
+    """Two maps and the truth of their relation.
 
     Parameters
     ----------
@@ -36,14 +36,14 @@ class MapPair:
     residual_px
         RMSE of `pixels` on the control points, in A's pixels. None when unrelated.
     suite, place
-        Where the pair belongs; `place` is the cluster for statistics.
+        Suite and place of the pair; `place` is the cluster for statistics.
     overlap
         The true overlap as in DESIGN's scoring; None when unrelated.
     info
-        Everything else a row may carry: family, variant, seed, noise, resolution_a, resolution_b, pose_source, ...
+        All further columns of a row: family, variant, seed, noise, resolution_a, resolution_b, pose_source, ...
     poses
-        Where the two maps took the scanners to be at each scan of the mission: (x, y, yaw), shape (S, 3) each. None
-        where there is no mission.
+        Scanner poses that each map was built from, one per scan: (x, y, yaw), shape (S, 3) each. None without a
+        mission.
     """
 
     pair_id: str
@@ -61,26 +61,26 @@ class MapPair:
 
 
 class PairSource(Protocol):
-    """Work that yields pairs: a mission to run, or a row of a data set to read. Picklable and cheap until asked."""
+    """Source of pairs: a mission to run, or a row of a data set to read. Picklable; does no work before `pairs`."""
 
     @property
     def source_id(self) -> str:
-        """A name for progress and for errors."""
+        """Return a name for progress and for errors."""
 
     @property
     def pair_ids(self) -> tuple[str, ...]:
-        """The ids of the pairs it yields, known before they are made."""
+        """Return the ids of the pairs it yields, known before they are made."""
 
     def is_related(self, pair_id: str) -> bool:
-        """Say whether one of these pairs is meant to be related: one that cannot be made counts among such pairs."""
+        """Return whether a pair is meant to be related, which holds for failed pairs too."""
 
     def pairs(self) -> Iterator[MapPair]:
         """Make or read the pairs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MadeFrom:
-    """What a pair was made from: both robots' logs, cut as its maps are, and how each map was made."""
+class PairInputs:
+    """Inputs of a pair: both robots' logs, cut as its maps are, and the settings of each map."""
 
     log: MissionLog
     spec_a: MapSpec
@@ -88,25 +88,25 @@ class MadeFrom:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Explored:
-    """A mission that was run, and what came of it.
+class MissionPairs:
+    """Pairs of one mission, and the reasons of those that failed.
 
     Parameters
     ----------
     log
-        The mission; `discarded` tells the tries that came to nothing.
+        The mission; `discarded` lists the failed tries.
     pairs
-        Made from it.
+        The pairs.
     failed
-        Why others could not be made, by pair id.
-    made_from
-        What pairs were made from, by pair id; nothing of mirrored pairs, whose map B no robot can have made.
+        Reasons of the pairs that could not be made, by pair id.
+    inputs
+        Inputs by pair id; none for mirrored pairs, whose map B no robot can make.
     """
 
     log: MissionLog
     pairs: tuple[MapPair, ...]
     failed: Mapping[str, str]
-    made_from: Mapping[str, MadeFrom] = field(default_factory=dict)
+    inputs: Mapping[str, PairInputs] = field(default_factory=dict)
 
 
 def make_pair(
@@ -127,11 +127,12 @@ def make_pair(
     log
         The mission; it holds exact ranges, so one log serves every noise level.
     spec_a, spec_b
-        How each map is made.
+        Settings of each map.
     seed
-        Of turns, grid phases, noise and choice of control points. Turns and phases are the same at every noise level.
+        Seed of turns, grid phases, noise and the choice of control points. Turns and phases are the same at every noise
+        level.
     noise
-        Noise level 0 to 3, as `scenarios.corruption.damage` says; the scanner's noise goes with it.
+        Noise level 0 to 3, as `scenarios.corruption.add_noise` defines them, for the cells and the scanner.
     pair_id, suite, place
         As in `MapPair`; an empty place is named after the building.
 
@@ -139,14 +140,14 @@ def make_pair(
     -------
     MapPair
         Unrelated where the two maps show fewer than 20 common surface cells. `info` holds the true turns in degrees
-        (counter-clockwise to the eye), kinds of turn, resolutions, origins in the world, noise, seeds, how the robots
-        fared and where their poses come from: `pose_source`, `ate_a_m` and `ate_b_m` (RMSE of the estimated
-        positions, metres), and `bent`, whether no similarity is true to the pair within 1.5 % of A's extent.
+        (counter-clockwise to the eye), `turn` settings, resolutions, origins in the world, noise, seeds, the robots'
+        notes and the sources of their poses: `pose_source`, `ate_a_m` and `ate_b_m` (RMSE of the estimated
+        positions, metres), and `bent`, whether no similarity fits the pair within 1.5 % of A's extent.
     """
     of_a, of_b, of_points = np.random.SeedSequence(seed).spawn(3)
     a = place_map(log.a, log.spec.a.lidar, spec_a, noise=noise, seed=of_a)
     b = place_map(log.b, log.spec.b.lidar, spec_b, noise=noise, seed=of_b)
-    return pair_of(
+    return pair_from_maps(
         a,
         b,
         control_points(log, a, b, np.random.default_rng(of_points)),
@@ -157,7 +158,7 @@ def make_pair(
     )
 
 
-def pair_of(
+def pair_from_maps(
     a: PlacedMap,
     b: PlacedMap,
     points: NDArray[np.float64] | None,
@@ -167,9 +168,9 @@ def pair_of(
     place: str,
     info: Mapping[str, Any],
 ) -> MapPair:
-    """Make a pair of two maps and the surface points that both show, (N, 4); without any it is unrelated.
+    """Make a pair from two maps and their common surface points, (N, 4); without points it is unrelated.
 
-    The truth, its residual, the overlap and whether the pair is bent follow; `info` is added to.
+    Computes the truth, its residual, the overlap and `bent`, and extends `info`.
     """
     pixels = residual = overlap = None
     if points is not None:
@@ -204,16 +205,16 @@ def make_unrelated_pair(
     suite: str = "",
     place: str = "",
 ) -> MapPair:
-    """Make two maps that no similarity brings together.
+    """Make a pair that no similarity aligns.
 
     Parameters
     ----------
     log
-        What both robots did, each in a building or part of it that the other was not in; `log.world` is A's.
+        The mission, each robot in a building or part of it that the other did not visit; `log.world` is A's.
     spec_a, spec_b, seed, noise, pair_id, suite, place
-        As `make_pair` has them.
+        As in `make_pair`.
     is_mirrored
-        Whether map B is flipped left to right; then the robots may have been in one place.
+        Whether map B is flipped left to right; then the robots may share the place.
     """
     of_a, of_b = np.random.SeedSequence(seed).spawn(2)
     a = place_map(log.a, log.spec.a.lidar, spec_a, noise=noise, seed=of_a)
@@ -247,14 +248,14 @@ def _info(
         "pose_source": "/".join(dict.fromkeys(spec.poses for spec in specs.values())),
     }
     for name, robot in (("a", log.a), ("b", log.b)):
-        info |= map_info(name, maps[name], specs[name])
+        info |= map_attributes(name, maps[name], specs[name])
         info[f"rooms_{name}"] = len(set(robot.rooms))
         info[f"note_{name}"] = robot.note
     return info
 
 
-def map_info(name: str, placed: PlacedMap, spec: MapSpec) -> dict[str, Any]:
-    """Say how a map, named "a" or "b", was made."""
+def map_attributes(name: str, placed: PlacedMap, spec: MapSpec) -> dict[str, Any]:
+    """Return the columns of `info` that describe a map named "a" or "b"."""
     return {
         f"resolution_{name}": placed.resolution,
         f"origin_{name}": list(placed.origin),

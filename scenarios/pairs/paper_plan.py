@@ -1,4 +1,4 @@
-"""A simple environment like the one of the paper's figure 2, seen in two maps that are turned and of other scale."""
+"""Two maps of a simple environment like that of the paper's figure 2, turned and of different scale."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.similarity import Similarity
-from scenarios.pairs.disguise import redraw
+from scenarios.pairs.random_rescale import turn_and_rescale
 
 PLAN_CELLS = (96, 132)  # (H, W)
 SPACES = (  # x, y, w, h in cells: rooms, then doors
@@ -32,8 +32,8 @@ RATIO = 1.1429  # map A is so many times larger: the paper's
 def simple_maps() -> tuple[OccupancyGrid, OccupancyGrid, Similarity]:
     """Draw maps A and B of the simple environment; return them with the true similarity from B's pixels to A's."""
     plan = _draw_plan()
-    a, to_a = redraw(plan, TURNS_DEG[0], 1.0)
-    b, to_b = redraw(plan, TURNS_DEG[1], 1.0 / RATIO)
+    a, to_a = turn_and_rescale(plan, TURNS_DEG[0], 1.0)
+    b, to_b = turn_and_rescale(plan, TURNS_DEG[1], 1.0 / RATIO)
     return a, b, to_a @ to_b.inverse()
 
 

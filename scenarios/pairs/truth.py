@@ -1,4 +1,4 @@
-"""The truth of a pair: surface points that both maps show, how far one similarity fits them, and A's extent."""
+"""Truth of a pair: common surface points of both maps, the residual of one similarity, and A's extent."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from sim.slam.mapping import scan_points
 from sim.world import World
 
 MOST_CONTROL_POINTS, FEWEST_CONTROL_POINTS = 400, 20
-SURFACE_CELL_M = 0.05  # two robots saw the same surface where both hit the same cell of this size
-SURFACE_WITHIN_M = 0.1  # of a wall or a thing that both visits find; elsewhere they saw each other, or what was moved
+SURFACE_CELL_M = 0.05  # hits of two robots in one cell of this size are of the same surface
+SURFACE_WITHIN_M = 0.1  # of a wall or furniture of both visits; other hits are of what moved
 BENT_ABOVE = 0.015  # residual over L
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Seen:
-    """What one robot hit, and the map that was made of it.
+class ScannedSurface:
+    """Surface points that one robot hit, and its map.
 
     Parameters
     ----------
     points
-        Where it truly lies in the world, shape (N, 2), metres.
+        True positions in the world, shape (N, 2), metres.
     scans
-        Which scan hit it, shape (N,).
+        Index of the scan that hit each, shape (N,).
     placed
         The map.
     """
@@ -43,8 +43,8 @@ class Seen:
     placed: PlacedMap
 
     @classmethod
-    def of(cls, robot: RobotLog, lidar: Lidar, placed: PlacedMap) -> Seen:
-        """Gather what a robot hit with its scanner."""
+    def from_log(cls, robot: RobotLog, lidar: Lidar, placed: PlacedMap) -> ScannedSurface:
+        """Collect the points that a robot's scanner hit."""
         ranges = lidar.limit(robot.ranges)
         hit = np.isfinite(ranges)
         points = scan_points(robot.poses, lidar.angles, np.where(hit, ranges, 0.0))[hit]
@@ -61,27 +61,30 @@ def control_points(log: MissionLog, a: PlacedMap, b: PlacedMap, rng: np.random.G
     a, b
         Its maps.
     rng
-        Of the choice.
+        Randomness of the choice.
 
     Returns
     -------
     NDArray or None
         As from `common_points`.
     """
-    seen_a, seen_b = Seen.of(log.a, log.spec.a.lidar, a), Seen.of(log.b, log.spec.b.lidar, b)
+    seen_a, seen_b = (
+        ScannedSurface.from_log(log.a, log.spec.a.lidar, a),
+        ScannedSurface.from_log(log.b, log.spec.b.lidar, b),
+    )
 
     def is_surface(points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        beside = np.ones(len(points), dtype=np.bool_)
+        mask = np.ones(len(points), dtype=np.bool_)
         for height_m in {robot.lidar.height_m for robot in (log.spec.a, log.spec.b)}:
-            beside &= _is_surface(log.world, points, height_m)
-        return beside
+            mask &= _is_surface(log.world, points, height_m)
+        return mask
 
     return common_points(seen_a, seen_b, rng, is_surface=is_surface)
 
 
 def common_points(
-    a: Seen,
-    b: Seen,
+    a: ScannedSurface,
+    b: ScannedSurface,
     rng: np.random.Generator,
     *,
     is_surface: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None,
@@ -91,11 +94,11 @@ def common_points(
     Parameters
     ----------
     a, b
-        What they hit, in one world.
+        The points they hit, in one world.
     rng
-        Of the choice.
+        Randomness of the choice.
     is_surface
-        Tells which points (M, 2) may be chosen, where the world is known; else all may that both hit and show.
+        Mask of the points (M, 2) that may be chosen, where the world is known; without it all may.
 
     Returns
     -------
@@ -104,8 +107,8 @@ def common_points(
 
     Notes
     -----
-    The point is A's first reading of a surface cell, where it truly lies. Each map places it by the pose that it gave
-    to one of its own scans that hit the cell, drawn from all of them: where most readings lie, there the map's wall is.
+    The point is the true position of A's first reading of a surface cell. Each map places it by its own pose of one of
+    its scans that hit the cell, drawn from all of them, because the map's wall lies where most readings lie.
     """
     keys_a, keys_b = _keys(a.points), _keys(b.points)
     common, first, _ = np.intersect1d(keys_a, keys_b, return_indices=True)
@@ -154,40 +157,40 @@ def control_point_rmse(matrix: ArrayLike, control_points: NDArray[np.float64]) -
 
 
 def is_bent(residual_over_l: float | None) -> bool:
-    """Say whether a pair is in the stratum "bent": no single similarity is true to it within 1.5 % of L."""
+    """Return whether a pair is in the stratum "bent": no single similarity fits it within 1.5 % of L."""
     return residual_over_l is not None and residual_over_l > BENT_ABOVE
 
 
 def _keys(points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Number the surface cells that points (N, 2) lie in."""
+    """Return the keys of the surface cells of points (N, 2)."""
     col, row = np.floor(points / SURFACE_CELL_M).astype(np.int64).T
     keys: NDArray[np.int64] = (col << 20) + row
     return keys
 
 
 def _any_of(common: NDArray[np.int64], keys: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.int64]:
-    """For each of the common keys, ascending, one of the places (M,) where it stands among `keys`."""
+    """Return, for each of the common keys, ascending, a random position (M,) of it in `keys`."""
     order = rng.permutation(len(keys))
     order = order[np.argsort(keys[order], kind="stable")]
     return order[np.searchsorted(keys[order], common)]
 
 
 def _is_surface(world: World, points: NDArray[np.float64], height_m: float) -> NDArray[np.bool_]:
-    """Tell which points (N, 2) lie in or beside a wall, or a thing that both robots found, at a laser's height."""
-    beside = np.zeros(len(points), dtype=np.bool_)
+    """Return whether points (N, 2) lie in or near a wall or furniture of both visits, at a laser's height."""
+    mask = np.zeros(len(points), dtype=np.bool_)
     for prism in world.walls + world.furniture:
         if prism.bottom <= height_m < prism.top:
             low, high = prism.outline.min(axis=0) - SURFACE_WITHIN_M, prism.outline.max(axis=0) + SURFACE_WITHIN_M
             around = np.flatnonzero(((points > low) & (points < high)).all(axis=1))
             edges = np.roll(prism.outline, -1, axis=0) - prism.outline  # (C, 2), counter-clockwise
             outward = np.stack([edges[:, 1], -edges[:, 0]], axis=-1) / np.hypot(*edges.T)[:, None]
-            away = points[around] @ outward.T - (prism.outline * outward).sum(axis=1)  # (M, C), beyond each side
-            beside[around] |= away.max(axis=1) < SURFACE_WITHIN_M
-    return beside
+            distance = points[around] @ outward.T - (prism.outline * outward).sum(axis=1)  # (M, C), beyond each side
+            mask[around] |= distance.max(axis=1) < SURFACE_WITHIN_M
+    return mask
 
 
 def _is_shown(grid: OccupancyGrid, pixels: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which pixels (N, 2) lie on a wall of the map, or beside one."""
+    """Return whether pixels (N, 2) lie on a wall of the map or touch one."""
     near_wall = cv2.dilate(grid.occupied.view(np.uint8), np.ones((3, 3), np.uint8)).astype(np.bool_)
     u, v = np.rint(pixels).astype(np.int64).T
     inside = (u >= 0) & (v >= 0) & (u < grid.shape[1]) & (v < grid.shape[0])

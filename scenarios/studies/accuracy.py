@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from scenarios.dataset.reader import RowSource, open_dataset
-from scenarios.pairs.disguise import DisguisedSource
 from scenarios.pairs.pair import PairSource
+from scenarios.pairs.random_rescale import RescaledSource
 from scenarios.scoring.row import Row, is_best_right
 from scenarios.suites.suite import load_suite
 
-DISGUISES = 3  # turns and rescales of every unrelated pair of the hand-held maps
+RESCALES = 3  # turns and rescales of every unrelated pair of the hand-held maps
 SUITES = ("smoke", "headline")
 FEWER_RIGHT_AT_MOST = 1  # pairs
 ERROR_GROWTH_AT_MOST = 1.2
@@ -44,9 +44,9 @@ def real_tasks(maps: str | Path) -> dict[str, list[PairSource]]:
     hand_held, lasers = (open_dataset(Path(maps) / name) for name in ("real_maps", "real_lasers"))
     unrelated = [source for source in hand_held if isinstance(source, RowSource) and not source.related]
     negatives = [
-        DisguisedSource(source=source, seed=(number, turn), mark=f"turn{turn}")
+        RescaledSource(source=source, seed=(number, turn), mark=f"turn{turn}")
         for number, source in enumerate(unrelated)
-        for turn in range(1, DISGUISES + 1)
+        for turn in range(1, RESCALES + 1)
     ]
     related = [source for source in hand_held if source not in unrelated]
     return {"real_maps": related, "negatives": [*negatives], "real_lasers": lasers}

@@ -22,7 +22,7 @@ from scenarios.execution.files import clear_folder
 from scenarios.pairs.pair import MapPair
 from scenarios.pairs.truth import control_point_rmse, known_extent
 from scenarios.studies.realism_page import page
-from scenarios.suites.random_missions import draw_sources
+from scenarios.suites.random_missions import random_sources
 from scenarios.suites.suite import MissionSource
 from sim.missions.log import STUCK_SHARE, MissionLog, RobotLog
 from sim.world import World
@@ -94,7 +94,7 @@ def write_realism(
     folder, machine = clear_folder(out, (PAGE, SHEET), force=force), describe_machine()
     real = {name: real_findings(Path(maps) / name) for name in ("real_maps", "real_lasers")}
     simulated = []
-    for source, future in completed(executor, examine, draw_sources(pairs)):
+    for source, future in completed(executor, examine, random_sources(pairs)):
         try:
             simulated.append(future.result())
         except WorkerDiedError as death:

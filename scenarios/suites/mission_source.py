@@ -12,7 +12,7 @@ import numpy as np
 
 from rectmerge.errors import SimulationError
 from scenarios.pairs.map_view import MapSpec
-from scenarios.pairs.pair import Explored, MadeFrom, MapPair, make_pair, make_unrelated_pair
+from scenarios.pairs.pair import MapPair, MissionPairs, PairInputs, make_pair, make_unrelated_pair
 from scenarios.suites.identifiability import LEAST_MARGIN, identifiable_margin
 from scenarios.suites.spec import UNRELATED, Scenario, Variant
 from scenarios.suites.unrelated import unrelated_log
@@ -62,7 +62,7 @@ class MissionSource:
         world = make_world(self.scenario.world, self._seed("world"))
         return run_mission(world, self.scenario.mission, self._seed("mission"))
 
-    def explored(self) -> Explored:
+    def mission_pairs(self) -> MissionPairs:
         """Run the mission and make its pairs, and do so anew in another building where one of them is not to be had.
 
         Of six buildings at the most the first counts that gives every pair, or else the first of those that give most.
@@ -72,7 +72,7 @@ class MissionSource:
         SimulationError
             If none gives a mission at all.
         """
-        best: Explored | None = None
+        best: MissionPairs | None = None
         discarded: tuple[str, ...] = ()
         for building in range(BUILDINGS):
             there = replace(self, building=building)
@@ -81,7 +81,7 @@ class MissionSource:
             except SimulationError as error:
                 discarded += (str(error),)
                 continue
-            found = there.explored_by(replace(log, discarded=discarded + log.discarded))
+            found = there.mission_pairs_from(replace(log, discarded=discarded + log.discarded))
             if not found.failed:
                 return found
             discarded = found.log.discarded + tuple(found.failed.values())
@@ -90,7 +90,7 @@ class MissionSource:
             raise SimulationError(f"no mission in {BUILDINGS} buildings, the last: {discarded[-1]}")
         return replace(best, log=replace(best.log, discarded=discarded))
 
-    def explored_by(self, log: MissionLog) -> Explored:
+    def mission_pairs_from(self, log: MissionLog) -> MissionPairs:
         """Make the pairs of a mission that has been run.
 
         Noise and wrong poses change what a map shows: where a wanted overlap is missed by more than 0.05, the logs are
@@ -99,17 +99,17 @@ class MissionSource:
         """
         pairs: list[MapPair] = []
         failed: dict[str, str] = {}
-        made_from: dict[str, MadeFrom] = {}
+        inputs: dict[str, PairInputs] = {}
         for variant, noise in self._ways():
             try:
                 cut, pair = self._pair(log, variant, noise)
                 pairs.append(self._told(cut, pair, variant))
                 if self.scenario.kind != "mirrored":
                     spec_a, spec_b = self._specs(variant)
-                    made_from[pair.pair_id] = MadeFrom(log=cut, spec_a=spec_a, spec_b=spec_b)
+                    inputs[pair.pair_id] = PairInputs(log=cut, spec_a=spec_a, spec_b=spec_b)
             except SimulationError as error:
                 failed[self._pair_id(variant, noise)] = str(error)
-        return Explored(log=log, pairs=tuple(pairs), failed=failed, made_from=made_from)
+        return MissionPairs(log=log, pairs=tuple(pairs), failed=failed, inputs=inputs)
 
     def pairs_of(self, log: MissionLog) -> Iterator[MapPair]:
         """Give the pairs of a mission that has been run.
@@ -119,11 +119,11 @@ class MissionSource:
         SimulationError
             After all others, if some pair cannot be had; the message says why.
         """
-        return _given(self.explored_by(log))
+        return _given(self.mission_pairs_from(log))
 
     def pairs(self) -> Iterator[MapPair]:
         """Run the mission and give its pairs, as `explored` finds them; raises as `pairs_of` does."""
-        return _given(self.explored())
+        return _given(self.mission_pairs())
 
     def _ways(self) -> Iterator[tuple[Variant | None, int]]:
         for variant in self.scenario.variants or (None,):
@@ -210,7 +210,7 @@ class MissionSource:
         return int(further.generate_state(1, np.uint64)[0]) >> 12
 
 
-def _given(explored: Explored) -> Iterator[MapPair]:
+def _given(explored: MissionPairs) -> Iterator[MapPair]:
     yield from explored.pairs
     if explored.failed:
         raise SimulationError("; ".join(f"{pair_id}: {why}" for pair_id, why in explored.failed.items()))

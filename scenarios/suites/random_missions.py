@@ -19,7 +19,7 @@ HAND_HELD = 0.35  # share of pairs as a depth sensor carried by hand makes them:
 MOST_BEAMS = 720  # of a scanner that has more, every second or later one is kept
 
 
-def draw_sources(count: int, *, seed: int = 0, poses: tuple[PoseSource, ...] = ("slam",)) -> list[MissionSource]:
+def random_sources(count: int, *, seed: int = 0, poses: tuple[PoseSource, ...] = ("slam",)) -> list[MissionSource]:
     """Draw missions, one pair each: families and pose sources in turn, everything else at random.
 
     Parameters

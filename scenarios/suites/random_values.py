@@ -23,18 +23,18 @@ RANGE, CHOICES = {"from", "to", "log"}, ("any_of", "in_turn")
 Choose = Callable[[str, Mapping[str, Any]], Any]  # the path of a draw, and its table
 
 
-def is_draw(value: object) -> bool:
+def is_random(value: object) -> bool:
     """Say whether a value of a suite stands for one that is drawn."""
     return isinstance(value, Mapping) and bool(value.keys() & {"from", "to", *CHOICES})
 
 
-def has_draws(value: object) -> bool:
+def has_random_values(value: object) -> bool:
     """Say whether a table leaves anything open."""
     parts = value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ()
-    return is_draw(value) or any(has_draws(part) for part in parts)
+    return is_random(value) or any(has_random_values(part) for part in parts)
 
 
-def drawn(value: Any, *, name: str, seed: int, first: int = 0) -> Any:
+def sample_values(value: Any, *, name: str, seed: int, first: int = 0) -> Any:
     """Draw everything that a table leaves open.
 
     Parameters
@@ -64,7 +64,7 @@ def drawn(value: Any, *, name: str, seed: int, first: int = 0) -> Any:
     return _filled(value, "", choose)
 
 
-def corners(value: Any) -> Iterator[Any]:
+def extreme_values(value: Any) -> Iterator[Any]:
     """Go through what a table can become at its ends: every lowest value, every highest, and all the choices."""
     widest = 0
 
@@ -95,7 +95,7 @@ def _between(draw: Mapping[str, Any], share: float) -> float | int:
 
 def _filled(value: Any, path: str, choose: Choose) -> Any:
     """Put what is chosen where draws stand; what is chosen may hold draws itself."""
-    if is_draw(value):
+    if is_random(value):
         _check(value, path)
         return _filled(choose(path, value), path, choose)
     if isinstance(value, Mapping):

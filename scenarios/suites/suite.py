@@ -11,11 +11,11 @@ from typing import Any
 from rectmerge.errors import InputError, ScenarioError
 from scenarios.pairs.map_view import MapSpec
 from scenarios.suites.mission_source import MissionSource
-from scenarios.suites.random_values import corners, drawn, has_draws, is_draw
+from scenarios.suites.random_values import extreme_values, has_random_values, is_random, sample_values
 from scenarios.suites.spec import Scenario, Seeds
-from scenarios.suites.toml_tables import structured
+from scenarios.suites.toml_tables import structure
 
-__all__ = ["Contender", "Draft", "MissionSource", "Scenario", "Seeds", "Suite", "load_suite", "suite_names"]
+__all__ = ["Contender", "MissionSource", "Scenario", "ScenarioTemplate", "Seeds", "Suite", "load_suite", "suite_names"]
 
 SUITES = Path(__file__).parent
 LEAST_RATIO = 0.1  # cells of A per cell of B
@@ -31,7 +31,7 @@ class Contender:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Draft:
+class ScenarioTemplate:
     """A scenario as a suite has it, with what it leaves open: `scenarios.suites.random_values` says how.
 
     Parameters
@@ -58,7 +58,7 @@ class Draft:
         Raises
         ------
         ScenarioError
-            If what was drawn for a seed excludes each other.
+            If the values drawn for a seed exclude each other.
         """
         seeds = range(self.seeds.first, self.seeds.first + self.seeds.count)
         if self.is_fixed:
@@ -66,13 +66,13 @@ class Draft:
         return {seed: self._settled(self._drawn(seed), Seeds(first=seed)) for seed in seeds}
 
     def _drawn(self, seed: int) -> dict[str, Any]:
-        table: dict[str, Any] = drawn(self.table, name=self.name, seed=seed, first=self.seeds.first)
+        table: dict[str, Any] = sample_values(self.table, name=self.name, seed=seed, first=self.seeds.first)
         return table
 
     def check(self) -> None:
         """Refuse what no seed could settle: a bad range, and a lowest, highest or other choice that is not allowed."""
         try:
-            for table in corners(self.table):
+            for table in extreme_values(self.table):
                 self._settled(table, self.seeds)
         except ScenarioError:  # whose path is whole
             raise
@@ -88,7 +88,7 @@ class Draft:
                 _with_ratio(_merged(maps, variant), f"{self.at}.variants[{k}]") for k, variant in enumerate(variants)
             ]
             whole |= {"variants": ways} if ways else {}
-        return replace(structured(whole, Scenario, self.at), seeds=seeds)
+        return replace(structure(whole, Scenario, self.at), seeds=seeds)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,7 +99,7 @@ class Suite:
     title: str
     description: str = ""
     methods: tuple[Contender, ...] = ()
-    drafts: tuple[Draft, ...] = ()
+    templates: tuple[ScenarioTemplate, ...] = ()
 
     @property
     def scenarios(self) -> tuple[Scenario, ...]:
@@ -108,22 +108,24 @@ class Suite:
         Raises
         ------
         ScenarioError
-            If what was drawn for a seed excludes each other.
+            If the values drawn for a seed exclude each other.
         """
-        return tuple(scenario for draft in self.drafts for scenario in dict.fromkeys(self._settled(draft).values()))
+        return tuple(
+            scenario for template in self.templates for scenario in dict.fromkeys(self._settled(template).values())
+        )
 
     def sources(self) -> list[MissionSource]:
         """Return one source of pairs per mission: each scenario's seeds in order; refuses what `scenarios` does."""
         return [
             MissionSource(self.name, scenario, seed)
-            for draft in self.drafts
-            for seed, scenario in self._settled(draft).items()
+            for template in self.templates
+            for seed, scenario in self._settled(template).items()
         ]
 
-    def _settled(self, draft: Draft) -> dict[int, Scenario]:
+    def _settled(self, template: ScenarioTemplate) -> dict[int, Scenario]:
         """The scenario of each seed."""
         try:
-            return draft.by_seed()
+            return template.by_seed()
         except ScenarioError as error:
             raise _in_file(error, f"{self.name}.toml") from error
 
@@ -172,31 +174,31 @@ def _in_file(error: ScenarioError, file: str) -> ScenarioError:
 def _suite(data: dict[str, Any], name: str) -> Suite:
     """Make a suite of its file's content; each scenario is laid over the table `base`."""
     base, tables = data.pop("base", {}), data.pop("scenarios", [])
-    if unknown := sorted(data.keys() & {"name", "drafts"}):
+    if unknown := sorted(data.keys() & {"name", "templates"}):
         raise ScenarioError(f"unknown key {unknown[0]!r}")
     if not isinstance(base, dict):
         raise ScenarioError("base: must be a table")
     if not isinstance(tables, list) or not tables:
         raise ScenarioError("scenarios: there are none, so there is nothing to run")
-    suite = structured({**data, "name": name}, Suite)
-    drafts = [_draft(base, table, f"scenarios[{k}]") for k, table in enumerate(tables)]
-    names = [draft.name for draft in drafts]
+    suite = structure({**data, "name": name}, Suite)
+    templates = [_template(base, table, f"scenarios[{k}]") for k, table in enumerate(tables)]
+    names = [template.name for template in templates]
     if len(set(names)) != len(names):
         raise ScenarioError("scenarios: two have the same name")
-    for draft in drafts:
-        draft.check()
-    return replace(suite, drafts=tuple(drafts))
+    for template in templates:
+        template.check()
+    return replace(suite, templates=tuple(templates))
 
 
-def _draft(base: dict[str, Any], table: Any, at: str) -> Draft:
+def _template(base: dict[str, Any], table: Any, at: str) -> ScenarioTemplate:
     if not isinstance(table, dict):
         raise ScenarioError(f"{at}: must be a table")
     whole = _merged(base, table)
-    name = structured(whole.get("name", ""), str, f"{at}.name")
-    seeds = structured(whole.get("seeds", {}), Seeds, f"{at}.seeds")
+    name = structure(whole.get("name", ""), str, f"{at}.name")
+    seeds = structure(whole.get("seeds", {}), Seeds, f"{at}.seeds")
     if whole.get("kind") == "other-building" and "other" not in whole:
-        whole["other"] = whole.get("world", {})  # where it leaves something open, drawn apart
-    return Draft(name=name, seeds=seeds, table=whole, at=at, is_fixed=not has_draws(whole))
+        whole["other"] = whole.get("world", {})  # its open values are drawn separately
+    return ScenarioTemplate(name=name, seeds=seeds, table=whole, at=at, is_fixed=not has_random_values(whole))
 
 
 def _with_ratio(table: Mapping[str, Any], at: str) -> dict[str, Any]:
@@ -204,7 +206,7 @@ def _with_ratio(table: Mapping[str, Any], at: str) -> dict[str, Any]:
     whole = dict(table)
     if "ratio" not in whole:
         return whole
-    ratio = structured(whole.pop("ratio"), float, f"{at}.ratio")
+    ratio = structure(whole.pop("ratio"), float, f"{at}.ratio")
     a, b = whole.get("a", {}), whole.get("b", {})
     if not LEAST_RATIO <= ratio <= 1 / LEAST_RATIO:
         raise ScenarioError(f"{at}.ratio: must be {LEAST_RATIO} to {1 / LEAST_RATIO:g}, got {ratio}")
@@ -212,7 +214,7 @@ def _with_ratio(table: Mapping[str, Any], at: str) -> dict[str, Any]:
         return whole  # which is refused as it is
     if "resolution" in b:
         raise ScenarioError(f"{at}.b.resolution: excludes ratio, which sets it")
-    resolution = structured(a.get("resolution", MapSpec().resolution), float, f"{at}.a.resolution")
+    resolution = structure(a.get("resolution", MapSpec().resolution), float, f"{at}.a.resolution")
     return {**whole, "b": {**b, "resolution": ratio * resolution}}
 
 
@@ -221,7 +223,7 @@ def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     both = dict(base)
     for key, value in over.items():
         under = base.get(key)
-        if isinstance(under, dict) and isinstance(value, dict) and not is_draw(under) and not is_draw(value):
+        if isinstance(under, dict) and isinstance(value, dict) and not is_random(under) and not is_random(value):
             value = _merged(under, value)
         both[key] = value
     return both

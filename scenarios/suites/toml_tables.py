@@ -17,7 +17,7 @@ from sim.sensors.lidar import Lidar, lidar_named
 T = TypeVar("T")
 
 
-def structured(data: Any, kind: type[T], at: str = "") -> T:
+def structure(data: Any, kind: type[T], at: str = "") -> T:
     """Make a dataclass of a table.
 
     Parameters

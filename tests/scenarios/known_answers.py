@@ -17,7 +17,7 @@ from rectmerge.similarity import Similarity
 from scenarios.bench.plan import RunPlan
 from scenarios.bench.run import Execution, RunCallbacks, run
 from scenarios.pairs.map_view import PlacedMap
-from scenarios.pairs.pair import Explored, MapPair
+from scenarios.pairs.pair import MapPair, MissionPairs
 
 TRUTH = Similarity(1.0, 0.0, 4.0, 2.0)
 
@@ -92,7 +92,7 @@ class Lost(Source):
 
     how: str = "hang"
 
-    def explored(self) -> Explored:
+    def mission_pairs(self) -> MissionPairs:
         if self.how == "hang":
             time.sleep(30)
         os._exit(7)

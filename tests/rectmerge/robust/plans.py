@@ -115,7 +115,7 @@ def see(
     reach = np.ones((2 * wall_cells + 1, 2 * wall_cells + 1), np.uint8)
     walls = (cv2.dilate(seen.view(np.uint8), reach) > 0) & ~free
     grid = OccupancyGrid(np.where(seen, FREE, np.where(walls, OCCUPIED, UNKNOWN)).astype(np.int8), resolution)
-    return View(corruption.damage(grid, noise, np.random.default_rng(seed)) if noise else grid, pixels)
+    return View(corruption.add_noise(grid, noise, np.random.default_rng(seed)) if noise else grid, pixels)
 
 
 def truth(a: View, b: View) -> Similarity:

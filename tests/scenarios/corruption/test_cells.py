@@ -13,11 +13,11 @@ from scenarios.corruption.cells import (
     wall_dropout,
     wall_edge_flips,
 )
-from tests.scenarios.corruption.made import changed, drawn
+from tests.scenarios.corruption.small_map import changed, small_map
 
 
 def test_salt_turns_its_share_of_the_free_cells_to_occupied_and_nothing_else():
-    grid = drawn()
+    grid = small_map()
     salted = salt(grid, 0.01, np.random.default_rng(0))
     spots = changed(grid, salted)
 
@@ -26,7 +26,7 @@ def test_salt_turns_its_share_of_the_free_cells_to_occupied_and_nothing_else():
 
 
 def test_flips_stay_where_free_space_and_walls_touch_and_go_both_ways():
-    grid = drawn()
+    grid = small_map()
     flipped = wall_edge_flips(grid, 0.5, np.random.default_rng(0))
     rows, cols = np.nonzero(changed(grid, flipped))
     to_wall = np.minimum.reduce([rows - 9, cols - 9, 190 - rows, 190 - cols])  # 0: inner wall cells, 1: first free ones
@@ -38,7 +38,7 @@ def test_flips_stay_where_free_space_and_walls_touch_and_go_both_ways():
 
 
 def test_dropout_loses_its_share_of_the_wall_cells():
-    grid = drawn()
+    grid = small_map()
     lost = changed(grid, wall_dropout(grid, 0.1, np.random.default_rng(0)))
 
     assert grid.occupied[lost].all()
@@ -46,7 +46,7 @@ def test_dropout_loses_its_share_of_the_wall_cells():
 
 
 def test_double_walls_add_walls_two_to_four_cells_aside():
-    grid = drawn()
+    grid = small_map()
     added = changed(grid, double_walls(grid, 0.05, np.random.default_rng(0)))
     rows, cols = np.nonzero(added)
     away = np.minimum.reduce(
@@ -58,7 +58,7 @@ def test_double_walls_add_walls_two_to_four_cells_aside():
 
 
 def test_rays_add_free_cells_and_blobs_take_some():
-    grid, rng = drawn(), np.random.default_rng(3)
+    grid, rng = small_map(), np.random.default_rng(3)
 
     assert (spurious_rays(grid, 20, rng).free & ~grid.free).any()
     assert not (grid.free & ~spurious_rays(grid, 20, rng).free).any()
@@ -67,7 +67,7 @@ def test_rays_add_free_cells_and_blobs_take_some():
 
 def test_a_share_outside_0_to_1_is_refused():
     with pytest.raises(InputError, match="share"):
-        salt(drawn(), 1.5, np.random.default_rng(0))
+        salt(small_map(), 1.5, np.random.default_rng(0))
 
 
 def across(*values: int) -> OccupancyGrid:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from scenarios.corruption.geometry import bend, kink, resize_cells, stretch, turn_image
-from tests.scenarios.corruption.made import drawn
+from tests.scenarios.corruption.small_map import small_map
 
 turns = st.floats(-180.0, 180.0)
 seeds = st.integers(0, 1000)
@@ -47,7 +47,7 @@ def test_every_bent_or_stretched_cell_shows_the_old_cell_that_moved_there(do, se
     waves, shift = bent.motions
     old = waves.undo(shift.inverse().apply(centres(bent.grid)))
 
-    assert np.allclose(bent.moved(old), centres(bent.grid), atol=1e-7)
+    assert np.allclose(bent.map_points(old), centres(bent.grid), atol=1e-7)
     clear = is_clear(old)
     assert np.array_equal(bent.grid.occupancy[clear], values_at(grid, old)[clear])
 
@@ -57,7 +57,7 @@ def test_every_bent_or_stretched_cell_shows_the_old_cell_that_moved_there(do, se
 def test_what_is_undone_is_where_it_was_and_nothing_leaves_the_image(do, seed, strength):
     grid = random_grid(seed)
     bent = do(grid, strength, np.random.default_rng(seed))
-    moved = bent.moved(centres(grid))
+    moved = bent.map_points(centres(grid))
     waves, shift = bent.motions
 
     assert np.allclose(waves.undo(shift.inverse().apply(moved)), centres(grid), atol=1e-7)
@@ -72,7 +72,7 @@ def test_a_bend_turns_no_wall_by_more_than_it_says_and_some_by_about_that(seed, 
     bent = bend(grid, degrees, np.random.default_rng(seed))
     start, headings = centres(grid)[::20, ::20].reshape(-1, 1, 2), np.linspace(0, math.pi, 36, endpoint=False)
     ahead = 1e-3 * np.stack([np.cos(headings), np.sin(headings)], axis=-1)  # (36, 2)
-    step = bent.moved(start + ahead) - bent.moved(start)
+    step = bent.map_points(start + ahead) - bent.map_points(start)
     turned = np.abs(np.remainder(np.degrees(np.arctan2(step[..., 1], step[..., 0]) - headings) + 90, 180) - 90)
 
     assert turned.max() < 1.3 * degrees  # where both waves are steep, their shears add up
@@ -86,7 +86,7 @@ def test_a_kink_leaves_one_side_and_turns_the_other_rigidly(seed, degrees):
     torn = kink(grid, degrees, np.random.default_rng(seed))
     slip, shift = torn.motions
     old = centres(grid)
-    beyond, moved = slip.is_beyond(old), shift.inverse().apply(torn.moved(old))
+    beyond, moved = slip.is_beyond(old), shift.inverse().apply(torn.map_points(old))
 
     assert np.array_equal(moved[~beyond], old[~beyond])
     away, back = (points - slip.about for points in (old[beyond], slip.turn.inverse().apply(moved[beyond])))
@@ -118,7 +118,7 @@ def test_a_resampled_map_lies_over_the_same_floor(seed, factor):
     corners = np.array([[-0.5, -0.5], [grid.shape[1] - 0.5, grid.shape[0] - 0.5]])
 
     assert done.grid.resolution == pytest.approx(0.05 / factor)
-    assert np.allclose(done.grid.pixel_to_map(done.moved(corners)), grid.pixel_to_map(corners))
+    assert np.allclose(done.grid.pixel_to_map(done.map_points(corners)), grid.pixel_to_map(corners))
 
 
 @settings(max_examples=40, deadline=None)
@@ -153,7 +153,7 @@ def test_a_spot_is_found_where_its_middle_moved_and_the_map_frame_stays(kind, se
         return  # the spot is torn
     found = np.argwhere(done.grid.occupied).mean(axis=0)[::-1]
 
-    assert np.hypot(*(found - done.moved([u, v]))) < 0.7  # a square that hardly turned is off by up to half a cell
+    assert np.hypot(*(found - done.map_points([u, v]))) < 0.7  # a square that hardly turned is off by up to half a cell
     shift = done.motions[1]
     assert np.allclose(done.grid.pixel_to_map(shift.apply([u, v])), grid.pixel_to_map([u, v]))
 
@@ -162,7 +162,7 @@ def test_a_spot_is_found_where_its_middle_moved_and_the_map_frame_stays(kind, se
 @given(seeds, st.floats(-20.0, 20.0))
 def test_a_stretched_map_is_longer_by_the_percentage_one_way_and_as_it_was_the_other(seed, percent):
     done = stretch(random_grid(seed), percent, np.random.default_rng(seed))
-    arms = done.moved([[1.0, 0.0], [0.0, 1.0]]) - done.moved([[0.0, 0.0]])
+    arms = done.map_points([[1.0, 0.0], [0.0, 1.0]]) - done.map_points([[0.0, 0.0]])
 
     lengths = np.linalg.svd(arms, compute_uv=False)
     assert sorted(lengths) == pytest.approx(sorted([1.0, 1.0 + percent / 100]))
@@ -173,15 +173,15 @@ def test_a_spot_of_a_resampled_map_is_found_where_its_middle_moved(factor):
     done = resize_cells(spotted((50, 40)), factor)
 
     found = np.argwhere(done.grid.occupied).mean(axis=0)[::-1]
-    assert np.hypot(*(found - done.moved([50.0, 40.0]))) < 0.8
+    assert np.hypot(*(found - done.map_points([50.0, 40.0]))) < 0.8
 
 
 @pytest.mark.parametrize("do", [bend, kink])
 def test_the_map_frame_stays_where_nothing_moved(do):
-    done = do(drawn(), 0.0, np.random.default_rng(0))
+    done = do(small_map(), 0.0, np.random.default_rng(0))
 
     assert (done.grid.resolution, done.grid.shape) == (0.05, (200, 200))
-    assert np.allclose(done.grid.origin, drawn().origin)
+    assert np.allclose(done.grid.origin, small_map().origin)
 
 
 def test_a_map_without_known_cells_is_not_torn():

@@ -124,14 +124,14 @@ def test_an_earlier_mission_is_refused_or_cleared(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "damage", [("turn", 40.0), ("resample", 0.5), ("resample", 1.7), ("bend", 0.2), ("stretch", 0.3)]
+    "corruption", [("turn", 40.0), ("resample", 0.5), ("resample", 1.7), ("bend", 0.2), ("stretch", 0.3)]
 )
-def test_damaged_maps_are_written_with_the_cells_and_the_place_that_they_have(tmp_path, damage):
-    spec = MapSpec(corruption=(damage,), turn_deg=25.0, turn="image")
+def test_corrupted_maps_are_written_with_the_cells_and_the_place_that_they_have(tmp_path, corruption):
+    spec = MapSpec(corruption=(corruption,), turn_deg=25.0, turn="image")
     pair = make_pair(LOG, spec, spec, 2)
     write_mission(tmp_path, LOG, pair)
 
-    cells = 0.05 / damage[1] if damage[0] == "resample" else 0.05
+    cells = 0.05 / corruption[1] if corruption[0] == "resample" else 0.05
     for name in "ab":
         assert pair.info[f"resolution_{name}"] == pytest.approx(cells)
         assert wall_distance(LOG.world, wall_points(tmp_path / f"robot_{name}.yaml")).mean() < 1.5 * cells

@@ -6,7 +6,7 @@ import pytest
 from rectmerge.grid import OCCUPIED, UNKNOWN, OccupancyGrid
 from scenarios.dataset.packing import make
 from scenarios.pairs.map_view import MapSpec
-from scenarios.pairs.pair import Explored, make_pair
+from scenarios.pairs.pair import MissionPairs, make_pair
 from tests.scenarios.tiny_suite import Rooms
 from tests.sim.made import office_log
 
@@ -31,11 +31,11 @@ class Mission:
     source_id = "office"
     pair_ids = ("office-0", "office-1")
 
-    def explored(self):
+    def mission_pairs(self):
         log = replace(office_log(), discarded=("they fell",))
         specs = MapSpec(), MapSpec(resolution=0.06, turn_deg=30.0)
         pairs = (make_pair(log, *specs, 1, pair_id=pair_id) for pair_id in self.pair_ids)
-        return Explored(log=log, pairs=tuple(pairs), failed={})
+        return MissionPairs(log=log, pairs=tuple(pairs), failed={})
 
     def pairs(self):
         raise AssertionError("the mission would be run twice")

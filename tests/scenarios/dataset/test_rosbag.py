@@ -23,7 +23,7 @@ from scenarios.dataset.recording import record
 from scenarios.dataset.rosbag import encode_bag
 from scenarios.dataset.verify import verify
 from scenarios.pairs.map_view import MapSpec
-from scenarios.pairs.pair import Explored, MadeFrom, make_pair
+from scenarios.pairs.pair import MissionPairs, PairInputs, make_pair
 from scenarios.suites.mission_source import MissionSource
 from scenarios.suites.spec import Scenario
 from tests.scenarios.tiny_suite import TinySuite
@@ -37,7 +37,7 @@ def made(*specs, noise=0):
     log = walked_log()
     log = replace(log, a=log.a.until(30.0), b=log.b.until(24.0))
     a, b = specs or SPECS
-    return make_pair(log, a, b, 5, noise=noise), MadeFrom(log=log, spec_a=a, spec_b=b)
+    return make_pair(log, a, b, 5, noise=noise), PairInputs(log=log, spec_a=a, spec_b=b)
 
 
 def write(folder: Path, files: dict[str, bytes]) -> Path:
@@ -118,7 +118,7 @@ def test_maps_grow_every_five_seconds_in_one_frame(topics, robot):
     last = grids[-1]
 
     assert np.diff([time for time, _, _ in sent[:-1]]) == pytest.approx(5.0)
-    assert known[:-1] == sorted(known[:-1])  # damage, which comes last, takes cells away
+    assert known[:-1] == sorted(known[:-1])  # corruptions, which come last, remove cells
     assert known[0] < 0.8 * known[-1]
     for grid in grids[:-1]:
         free = grid.pixel_to_map(np.argwhere(grid.free)[:, ::-1])
@@ -207,10 +207,10 @@ class Walk:
     source_id = "walk"
     pair_ids = ("walk-0", "walk-mirrored")
 
-    def explored(self):
+    def mission_pairs(self):
         pair, source = made()
         pairs = tuple(replace(pair, pair_id=pair_id) for pair_id in self.pair_ids)
-        return Explored(log=source.log, pairs=pairs, failed={}, made_from={"walk-0": source})
+        return MissionPairs(log=source.log, pairs=pairs, failed={}, inputs={"walk-0": source})
 
     def pairs(self):
         raise AssertionError("the mission would be run twice")
@@ -228,9 +228,9 @@ def test_rows_name_their_bags_and_mirrored_pairs_have_none():
 @pytest.mark.parametrize("kind", ["related", "mirrored"])
 def test_missions_tell_what_their_pairs_were_made_from(kind):
     scenario = Scenario(name="office", kind=kind, noise=(1,), a=SPECS[0], b=SPECS[1])
-    explored = MissionSource("made", scenario, 3).explored_by(made()[1].log)
+    explored = MissionSource("made", scenario, 3).mission_pairs_from(made()[1].log)
 
-    told = [(one.spec_a, one.spec_b, len(one.log.a.times)) for one in explored.made_from.values()]
+    told = [(one.spec_a, one.spec_b, len(one.log.a.times)) for one in explored.inputs.values()]
     assert len(explored.pairs) == 1
     assert told == ([(*SPECS, len(explored.pairs[0].poses[0]))] if kind == "related" else [])
 

@@ -4,7 +4,7 @@ from rectmerge.errors import InputError
 from scenarios.bench.contenders import make_contenders
 from scenarios.bench.entrants import Entrant, contenders, entrants, entrants_named
 from scenarios.leaderboard.tuning import as_table, best_threshold, tuned_contender
-from scenarios.suites.toml_tables import structured
+from scenarios.suites.toml_tables import structure
 
 OPEN = Entrant(
     label="some", method="paper", set={"clean_specks": True}, space={"delta_cells": {"from": 1.0, "to": 9.0}}
@@ -65,7 +65,7 @@ def test_the_configuration_that_is_worth_most_is_taken_with_its_threshold():
 
     assert (taken.label, taken.method) == ("some-tuned", "paper")
     assert taken.set == {**ways[1].set, "accept_at": 6.0}
-    assert structured(as_table([taken])["contenders"], list[type(taken)]) == [taken]
+    assert structure(as_table([taken])["contenders"], list[type(taken)]) == [taken]
 
 
 def test_a_method_that_tells_no_score_cannot_be_tuned():

@@ -81,7 +81,7 @@ def test_the_command_names_the_data_set_that_is_missing_and_writes_nothing(tmp_p
     assert not (tmp_path / "out").exists()
 
 
-def test_a_plan_holds_every_pair_of_the_real_maps_and_three_disguises_of_each_unrelated_one(tmp_path):
+def test_a_plan_holds_every_pair_of_the_real_maps_and_three_rescales_of_each_unrelated_one(tmp_path):
     related = [{**ROW, "pair_id": f"r{i}", "variant": "sensor-hard"} for i in range(2)]
     write(tmp_path / "real_maps", [*related, {**UNRELATED, "pair_id": "q", "variant": "negative"}])
     write(tmp_path / "real_lasers", [{**ROW, "variant": "laser"}])

@@ -7,7 +7,7 @@ from scenarios.pairs.map_view import MapSpec
 from scenarios.pairs.pair import make_pair
 from scenarios.studies.realism import Finding, affine_rmse, examine, faults_of, figures_of, goes_through_walls
 from scenarios.studies.realism_page import coverage, distributions, page, sturdiness
-from scenarios.suites.random_missions import draw_sources
+from scenarios.suites.random_missions import random_sources
 from sim.missions.log import MissionLog
 from tests.sim.made import office_log
 
@@ -77,7 +77,7 @@ def test_the_page_tells_what_lies_where_the_simulated_pairs_lie_and_what_failed(
 
 @pytest.mark.sim
 def test_a_mission_is_examined_whole():
-    finding = examine(draw_sources(2)[1])
+    finding = examine(random_sources(2)[1])
 
     assert finding.failure or finding.figures["overlap"] == pytest.approx(finding.wanted, abs=0.05)
     assert not finding.faults

@@ -44,7 +44,7 @@ def buildings(monkeypatch):
 
 def test_a_mission_that_has_every_pair_is_not_run_again(buildings):
     tried = buildings((0, 1))
-    explored = SOURCE.explored()
+    explored = SOURCE.mission_pairs()
 
     assert tried == [0]
     assert [one.pair_id for one in explored.pairs] == list(SOURCE.pair_ids)
@@ -54,7 +54,7 @@ def test_a_mission_that_has_every_pair_is_not_run_again(buildings):
 
 def test_another_building_is_taken_where_a_pair_is_not_to_be_had_and_its_tries_are_told(buildings):
     tried = buildings(None, (1,), (0, 1))
-    explored = SOURCE.explored()
+    explored = SOURCE.mission_pairs()
 
     assert tried == [0, 1, 2]
     assert [one.info["building"] for one in explored.pairs] == [2, 2]
@@ -64,7 +64,7 @@ def test_another_building_is_taken_where_a_pair_is_not_to_be_had_and_its_tries_a
 
 def test_where_no_building_has_every_pair_the_first_with_most_counts_and_the_rest_is_told(buildings):
     tried = buildings((), (1,), None, (0,), None, ())
-    explored = SOURCE.explored()
+    explored = SOURCE.mission_pairs()
 
     assert tried == list(range(BUILDINGS))
     assert [(one.pair_id, one.info["building"]) for one in explored.pairs] == [("office-0003-n1", 1)]

@@ -5,18 +5,18 @@ import pytest
 
 from scenarios.dataset.contact_sheet import contact_sheet, paletted_png
 from scenarios.execution.executors import completed, local_workers
-from scenarios.suites.random_missions import draw_sources
+from scenarios.suites.random_missions import random_sources
 from scenarios.suites.suite import MissionSource
 from sim.floorplans import FAMILIES
 
 
 def test_the_same_seed_draws_the_same_missions_and_fewer_are_the_first_of_them():
-    assert draw_sources(4, seed=3) == draw_sources(9, seed=3)[:4]
-    assert draw_sources(4, seed=3) != draw_sources(4, seed=4)
+    assert random_sources(4, seed=3) == random_sources(9, seed=3)[:4]
+    assert random_sources(4, seed=3) != random_sources(4, seed=4)
 
 
 def test_families_and_pose_sources_come_in_turn_and_the_rest_varies():
-    sources = draw_sources(40, poses=("truth", "slam"))
+    sources = random_sources(40, poses=("truth", "slam"))
 
     assert [source.scenario.world.family for source in sources[:10]] == list(FAMILIES)
     assert [source.scenario.a.poses for source in sources[:3]] == ["truth", "slam", "truth"]
@@ -49,7 +49,7 @@ def digests(source: MissionSource) -> list[str]:
 @pytest.mark.sim
 @pytest.mark.slow
 def test_the_same_seed_gives_the_same_map_bytes_in_any_number_of_processes():
-    sources = [source for k, source in enumerate(draw_sources(8)) if k in (1, 3, 7)]
+    sources = [source for k, source in enumerate(random_sources(8)) if k in (1, 3, 7)]
     with local_workers(2) as executor:
         apart = {source.source_id: future.result() for source, future in completed(executor, digests, sources)}
 

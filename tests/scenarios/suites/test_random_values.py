@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from scenarios.suites.random_values import corners, drawn, has_draws
+from scenarios.suites.random_values import extreme_values, has_random_values, sample_values
 
 TABLE = {
     "overlap": {"from": 0.15, "to": 1.0},
@@ -19,17 +19,17 @@ TABLE = {
 
 
 def many(table, count=400, **options):
-    return [drawn(table, name="some", seed=seed, **options) for seed in range(count)]
+    return [sample_values(table, name="some", seed=seed, **options) for seed in range(count)]
 
 
 @given(st.integers(0, 10**9))
 def test_the_same_seed_and_name_draw_the_same_values_and_others_draw_others(seed):
-    once = drawn(TABLE, name="some", seed=seed)
+    once = sample_values(TABLE, name="some", seed=seed)
 
-    assert drawn(TABLE, name="some", seed=seed) == once
-    assert drawn(TABLE, name="other", seed=seed)["overlap"] != once["overlap"]
-    assert drawn(TABLE, name="some", seed=seed + 1)["overlap"] != once["overlap"]
-    assert not has_draws(once)
+    assert sample_values(TABLE, name="some", seed=seed) == once
+    assert sample_values(TABLE, name="other", seed=seed)["overlap"] != once["overlap"]
+    assert sample_values(TABLE, name="some", seed=seed + 1)["overlap"] != once["overlap"]
+    assert not has_random_values(once)
 
 
 def test_values_keep_their_ranges_and_fill_them():
@@ -52,7 +52,7 @@ def test_halves_are_as_likely_as_doubles_on_a_logarithmic_scale():
 
 
 def test_choices_in_turn_begin_with_the_first_seed():
-    families = [drawn(TABLE, name="some", seed=seed, first=5)["family"] for seed in range(5, 9)]
+    families = [sample_values(TABLE, name="some", seed=seed, first=5)["family"] for seed in range(5, 9)]
 
     assert families == ["office", "loop", "hall", "office"]
 
@@ -72,12 +72,12 @@ def test_every_key_draws_from_a_stream_of_its_own():
 
 
 def test_corners_show_both_ends_and_every_choice():
-    tables = list(corners(TABLE))
+    tables = list(extreme_values(TABLE))
 
     assert {table["overlap"] for table in tables} == {0.15, 1.0}
     assert {table["rooms"] for table in tables} == {6, 9}
     assert {table["family"] for table in tables} == {"office", "loop", "hall"}
-    assert list(corners({"rooms": 6})) == [{"rooms": 6}]
+    assert list(extreme_values({"rooms": 6})) == [{"rooms": 6}]
 
 
 @pytest.mark.parametrize(
@@ -102,6 +102,6 @@ def test_corners_show_both_ends_and_every_choice():
 )
 def test_a_draw_of_no_known_form_is_refused_with_its_path(draw, complaint):
     with pytest.raises(InputError) as refused:
-        drawn({"a": {"b": draw}}, name="some", seed=0)
+        sample_values({"a": {"b": draw}}, name="some", seed=0)
 
     assert str(refused.value).startswith(complaint)

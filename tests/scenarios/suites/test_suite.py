@@ -217,8 +217,10 @@ def test_headline_maps_have_the_papers_canvases_and_scale():
 
 
 @pytest.mark.sim
-@pytest.mark.parametrize(("wanted", "damage"), [(0.5, ""), (0.35, 'poses = "slam", corruption = [["dilation", 1]]')])
-def test_finished_maps_have_the_overlap_that_a_suite_asks_for(tmp_path, wanted, damage):
+@pytest.mark.parametrize(
+    ("wanted", "corruption"), [(0.5, ""), (0.35, 'poses = "slam", corruption = [["dilation", 1]]')]
+)
+def test_finished_maps_have_the_overlap_that_a_suite_asks_for(tmp_path, wanted, corruption):
     suite = f"""
 title = "One"
 [[scenarios]]
@@ -226,7 +228,7 @@ name = "one"
 noise = [0, 2]
 world = {{ size_m = [20.0, 13.0], rooms = 8 }}
 mission = {{ overlap = {wanted}, max_seconds = 120.0, rays = "compiled" }}
-a = {{ {damage} }}
+a = {{ {corruption} }}
 """
     (source,) = load_suite(written(tmp_path, suite)).sources()
 

@@ -1,4 +1,4 @@
-"""Where the points of a damaged map went: motions between the pixels of two images, and maps with theirs."""
+"""Motions of points between the pixels of two images, and maps with the motion of their points."""
 
 from __future__ import annotations
 
@@ -16,42 +16,42 @@ UNDO_STEPS = 20  # each leaves at most a fifth of the error
 
 
 class Motion(Protocol):
-    """Takes points, shape (..., 2), from the pixels of one image to those of another; a `Similarity` is one."""
+    """Motion from the pixels of one image to those of another; a `Similarity` is one."""
 
     def apply(self, points: ArrayLike) -> Points:
-        """Move points."""
+        """Move points, shape (..., 2)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Damaged:
-    """A damaged map, and where the points of the map that was given went.
+class CorruptedMap:
+    """Corrupted map and the motion of its points.
 
     Parameters
     ----------
     grid
-        The damaged map. Its map frame is that of the map that was given, unless the image was turned.
+        The corrupted map. Its map frame is that of the original map, unless the image was turned.
     motions
-        What moved the points, in order.
+        Motions of the points, in order.
     """
 
     grid: OccupancyGrid
     motions: tuple[Motion, ...] = ()
 
-    def moved(self, points: ArrayLike) -> Points:
+    def map_points(self, points: ArrayLike) -> Points:
         """Take pixels (u, v) of the old image, shape (..., 2), to pixels of the new one."""
         at = np.asarray(points, dtype=np.float64)
         for motion in self.motions:
             at = motion.apply(at)
         return at
 
-    def then(self, later: Damaged) -> Damaged:
-        """Join the damage done to this one's map."""
-        return Damaged(later.grid, self.motions + later.motions)
+    def then(self, later: CorruptedMap) -> CorruptedMap:
+        """Append a corruption of this map."""
+        return CorruptedMap(later.grid, self.motions + later.motions)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Waves:
-    """Two crossing waves of pixels: a point p of the *new* image was at ``p + sideways sin(turns . p + phases)``.
+    """Displacement by two crossing waves: a point p of the *new* image was at ``p + sideways sin(turns . p + phases)``.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Waves:
     phases
         Shape (2,), radians.
     sideways
-        Shape (2, 2), a row per wave: how far it moves points, pixels, at right angles to its direction.
+        Shape (2, 2), a row per wave: its displacement in pixels, at right angles to its direction.
     """
 
     turns: Points
@@ -83,7 +83,7 @@ class Waves:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kink:
-    """Everything beyond a line turns about a point on it, as when a SLAM's heading slips once.
+    """Turn of everything beyond a line about a point on it, as when SLAM's heading slips once.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Kink:
     beyond
         Unit vector (2,) across the line: a point p turns where ``beyond . (p - about) > 0``.
     turn
-        How it turns.
+        The turn.
     """
 
     about: Points
@@ -100,7 +100,7 @@ class Kink:
     turn: Similarity
 
     def is_beyond(self, points: Points) -> NDArray[np.bool_]:
-        """Tell which points, shape (..., 2), of the old image turn."""
+        """Return whether points, shape (..., 2), of the old image turn."""
         turns: NDArray[np.bool_] = (points - self.about) @ self.beyond > 0
         return turns
 
@@ -112,14 +112,14 @@ class Kink:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """Everything is further apart along one direction, about a point.
+    """Stretch along one direction, about a point.
 
     Parameters
     ----------
     about
         The point, shape (2,), pixels.
     matrix
-        Shape (2, 2): takes arms from the point, as columns, to what they become.
+        Shape (2, 2): takes old offsets from the point, as columns, to new ones.
     """
 
     about: Points

@@ -1,4 +1,4 @@
-"""The noise levels: which damage, and how much of it, every suite means by 0, 1, 2 and 3."""
+"""Noise levels 0 to 3 of the cells, the same for every suite."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ SALT, EDGE_FLIPS, WALL_DROPOUT = 0.01, 0.04, 0.03  # shares at level 1; each fur
 DOUBLE_WALLS, SPURIOUS_RAYS_PER_CELL, BLOBS_PER_CELL = 0.05, 1e-4, 3e-5  # at level 2, per known cell; level 3 doubles
 
 
-def damage(grid: OccupancyGrid, level: int, rng: np.random.Generator) -> OccupancyGrid:
-    """Damage the cells of a map as a noise level says.
+def add_noise(grid: OccupancyGrid, level: int, rng: np.random.Generator) -> OccupancyGrid:
+    """Corrupt the cells of a map by a noise level.
 
     Parameters
     ----------
     grid
-        The map as the scanner's readings made it.
+        The map built from the scanner's readings.
     level
         0: untouched. 1: salt on 1 % of free cells, 4 % of the cells beside walls flipped, 3 % of wall cells lost.
         2: twice that, spurious rays, double walls on 5 % of the walls, blobs. 3: twice again.
     rng
-        Same map, level and generator, same damage.
+        The same map, level and generator give the same cells.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def damage(grid: OccupancyGrid, level: int, rng: np.random.Generator) -> Occupan
 
 
 def noise_strength(level: int) -> float:
-    """Return 0, 1, 2, 4 for the noise levels 0 to 3: what multiplies the shares of level 1 and the scanner's noise.
+    """Return 0, 1, 2, 4 for the noise levels 0 to 3, the factor of the shares of level 1 and of the scanner's noise.
 
     Raises
     ------

@@ -93,7 +93,7 @@ def test_the_other_building_of_an_unrelated_pair_is_drawn_apart(tmp_path):
         ("ratio = 0.8", "noise = [1]", "scenarios[1].variants[1]: unknown key 'noise'"),
         ("ratio = 0.8", "ratio = 0.0", "scenarios[1].variants[1].ratio: must be 0.1 to 10, got 0.0"),
         ('name = "cut"', 'name = "bent"', "scenarios[1]: variants: two have the same name"),
-        ('"bend", 2.0', '"bent", 2.0', "scenarios[1].variants[2].b: no damage 'bent'"),
+        ('"bend", 2.0', '"bent", 2.0', "scenarios[1].variants[2].b: no corruption 'bent'"),
         ("[base]", "base = 3\n[more]", "base: must be a table"),
         ('"other-building"', '"other"', "scenarios[2].kind: must be one of 'related', 'other-building', "),
         ('"other-building"', '"no-shared-room"', "scenarios[2]: mission.overlap: maps with no shared room have none"),

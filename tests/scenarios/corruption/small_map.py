@@ -1,4 +1,4 @@
-"""A drawn map for the tests of damage."""
+"""A small_map map for the tests of corruptions."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 
-def drawn() -> OccupancyGrid:
+def small_map() -> OccupancyGrid:
     """A room of 180 x 180 cells with walls two cells thick, in unknown space."""
     cells = np.full((200, 200), UNKNOWN, dtype=np.int8)
     cells[8:192, 8:192] = OCCUPIED
