@@ -112,7 +112,7 @@ def test_notes_are_shown_by_the_command_only():
 
 LOST = """
 import ctypes, signal, time, typer
-from rectmerge import console
+from rectmerge.cli import console
 app = typer.Typer()
 @app.command()
 def go():

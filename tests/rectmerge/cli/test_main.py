@@ -454,9 +454,9 @@ def test_h_is_help(capsys, words):
 
 def test_help_and_version_need_no_heavy_package():
     code = (
-        "import sys; from rectmerge import cli, console\n"
-        "assert console.run(cli.app, 'rectmerge', ['merge', '--help']) == 0\n"
-        "assert console.run(cli.app, 'rectmerge', ['--version']) == 0\n"
+        "import sys; from rectmerge.cli import console, main\n"
+        "assert console.run(main.app, 'rectmerge', ['merge', '--help']) == 0\n"
+        "assert console.run(main.app, 'rectmerge', ['--version']) == 0\n"
         "assert not {'numpy', 'cv2', 'numba', 'cattrs', 'yaml', 'PIL'} & set(sys.modules)"
     )
 
