@@ -22,14 +22,14 @@ def test_the_snippets_of_suite_files_make_a_suite(tmp_path):
     assert scenario.mission.b.lidar.beams == 360
 
 
-def test_the_example_of_damage_runs(monkeypatch):
+def test_the_example_of_corruptions_runs(monkeypatch):
     (example,) = re.findall(r"```python\n(.*?)```", SIMULATION, re.DOTALL)
     monkeypatch.chdir(ROOT)
     names: dict[str, object] = {}
 
     exec(example, names)
 
-    assert len(names["where"]) == 1
+    assert len(names["points"]) == 1
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -93,8 +93,8 @@ def leaderboard(
     """
     from rectmerge.io.image_file import replace_file
     from scenarios.dataset.writer import finished_info
-    from scenarios.leaderboard.contests import RUNS, SUITES, stages
     from scenarios.leaderboard.page import page
+    from scenarios.leaderboard.plans import RUNS, SUITES, stages
     from scenarios.report.page import write_report
     from scenarios.report.reading import Runs
 

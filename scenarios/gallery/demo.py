@@ -1,4 +1,4 @@
-"""The main job, whole: simulate a mission, map it, merge the maps, score the answers, draw what happened."""
+"""Demo of the main job: simulate a mission, map it, merge the maps, score and draw the answers."""
 
 from __future__ import annotations
 

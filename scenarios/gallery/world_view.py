@@ -1,4 +1,4 @@
-"""One world to look at: made from a family's name or a file, told in lines, and drawn by PyBullet's camera."""
+"""World to view: made from a family or a file, described in text, drawn by PyBullet's camera."""
 
 from __future__ import annotations
 

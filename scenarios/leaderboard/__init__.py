@@ -1,1 +1,1 @@
-"""Every method people use, compared: who takes part, how they are tuned, what is run, and the page of it."""
+"""Leaderboard: its plans, tuning, page, and the growth of times."""

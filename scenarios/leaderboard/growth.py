@@ -1,4 +1,4 @@
-"""How the cost of methods grows with the size of the maps: what the bench measured, as a table and a plot."""
+"""Growth of the cost of methods with the size of the maps, as a table and a plot."""
 
 from __future__ import annotations
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from scenarios.leaderboard.contests import REAL
+from scenarios.leaderboard.plans import REAL
 from scenarios.leaderboard.prediction import OVERLAPS, kendall_tau, matched_overlap, successes
-from scenarios.report.reading import TRACKS, Contest, Runs
+from scenarios.report.reading import TRACKS, Runs, TrackResults
 from scenarios.report.standings import as_cells, standings
 from scenarios.studies.headline import markdown
 
@@ -18,22 +18,22 @@ PREDICTING = "standard"
 def page(runs: Runs) -> str:
     """Return the page of finished runs."""
     parts = [INTRODUCTION]
-    for contest in runs.contests:
-        parts += [f"## {contest.name}\n", _size(contest), leaderboard(contest)]
-    return "\n".join([*parts, "## Does simulation predict reality?\n", prediction(runs.contests), _made(runs)])
+    for track_results in runs.tracks:
+        parts += [f"## {track_results.name}\n", _size(track_results), leaderboard(track_results)]
+    return "\n".join([*parts, "## Does simulation predict reality?\n", prediction(runs.tracks), _made(runs)])
 
 
-def leaderboard(contest: Contest) -> str:
+def leaderboard(track_results: TrackResults) -> str:
     """Return the table of one suite and track."""
-    lines = [(line.label, as_cells(line)) for line in standings(contest)]
+    lines = [(line.label, as_cells(line)) for line in standings(track_results)]
     return markdown(("method", *COLUMNS), [(label, *(cells[name][0] for name in COLUMNS)) for label, cells in lines])
 
 
-def prediction(contests: Sequence[Contest]) -> str:
+def prediction(tracks: Sequence[TrackResults]) -> str:
     """Compare the ranking on simulated pairs with that on real ones, and success at equal overlap."""
-    told = [contest for contest in contests if contest.track == TRACKS[False]]
-    simulated = [contest for contest in told if contest.suite == PREDICTING]
-    real = [contest for contest in told if contest.suite in REAL]
+    told = [track_results for track_results in tracks if track_results.track == TRACKS[False]]
+    simulated = [track_results for track_results in told if track_results.suite == PREDICTING]
+    real = [track_results for track_results in told if track_results.suite in REAL]
     if not simulated or not real:
         return f"Not told: this page holds no run of {PREDICTING}, or none of real pairs.\n"
     of_simulated, of_real = successes(simulated), successes(real)
@@ -50,8 +50,8 @@ def prediction(contests: Sequence[Contest]) -> str:
     return "\n".join([tau, PREDICTION_EXPLAINED, markdown(("method", "pairs", *heads), rows)])
 
 
-def _size(contest: Contest) -> str:
-    pairs, places = ({row[key] for row in contest.rows} for key in ("pair_id", "place"))
+def _size(track_results: TrackResults) -> str:
+    pairs, places = ({row[key] for row in track_results.rows} for key in ("pair_id", "place"))
     return f"{len(pairs)} pairs from {len(places)} places.\n"
 
 

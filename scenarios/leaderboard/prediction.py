@@ -1,4 +1,4 @@
-"""Does simulation predict reality? Rankings of methods on simulated and real pairs, and success at equal overlap."""
+"""Prediction of real results by simulation: rankings on both, and success at equal overlap."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from itertools import combinations, pairwise
 
-from scenarios.report.reading import Contest
+from scenarios.report.reading import TrackResults
 from scenarios.report.standings import rate_of
 from scenarios.scoring.row import Row
 from scenarios.scoring.statistics import Rate
@@ -34,26 +34,26 @@ def kendall_tau(one: Sequence[float], two: Sequence[float]) -> float:
     return sum(x * u for x, u in signs) / math.sqrt(untied) if untied else math.nan
 
 
-def successes(contests: Sequence[Contest]) -> dict[str, Rate]:
-    """Count, over several contests, the required pairs of each method that are right and accepted."""
-    return {label: rate_of(rows, "right-accepted") for label, rows in _required(contests).items()}
+def successes(tracks: Sequence[TrackResults]) -> dict[str, Rate]:
+    """Count, over several tracks, the required pairs of each method that are right and accepted."""
+    return {label: rate_of(rows, "right-accepted") for label, rows in _required(tracks).items()}
 
 
-def matched_overlap(contests: Sequence[Contest]) -> Mapping[str, list[Rate]]:
+def matched_overlap(tracks: Sequence[TrackResults]) -> Mapping[str, list[Rate]]:
     """Return each method's successes in bins of true overlap, `OVERLAPS`."""
     return {
         label: [
             rate_of([row for row in rows if (o := row["overlap"]) is not None and low <= o < high], "right-accepted")
             for low, high in pairwise(OVERLAPS)
         ]
-        for label, rows in _required(contests).items()
+        for label, rows in _required(tracks).items()
     }
 
 
-def _required(contests: Sequence[Contest]) -> dict[str, list[Row]]:
+def _required(tracks: Sequence[TrackResults]) -> dict[str, list[Row]]:
     found: dict[str, list[Row]] = {}
-    for contest in contests:
-        for row in contest.rows:
+    for track_results in tracks:
+        for row in track_results.rows:
             if row["stratum"] == "required":
                 found.setdefault(row["method"], []).append(row)
     return found

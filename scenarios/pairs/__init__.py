@@ -1,1 +1,1 @@
-"""A pair of maps and its ground truth."""
+"""Pairs of maps and their ground truth."""

@@ -1,1 +1,1 @@
-"""Finished runs as one page to show: leaderboard, charts, and every pair to look at."""
+"""Page of finished runs: leaderboard, charts, and a gallery of every pair."""

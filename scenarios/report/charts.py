@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.report.reading import Contest
+from scenarios.report.reading import TrackResults
 from scenarios.report.standings import Standing, confident, rate_of, risks
 from scenarios.scoring.row import Row
 
@@ -53,12 +53,12 @@ VARIABLES = (
 )
 
 
-def shown_lines(contest: Contest, standings: Sequence[Standing]) -> Lines:
+def shown_lines(track_results: TrackResults, standings: Sequence[Standing]) -> Lines:
     """Choose whose lines are drawn: the best label of each family of labels, the best eight of them.
 
     The labels ``icp`` and ``icp-tuned`` are of one family.
     """
-    rows = contest.by_method()
+    rows = track_results.by_method()
     chosen: dict[str, str] = {}
     for line in standings:
         chosen.setdefault(line.label.removesuffix("-tuned"), line.label)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rectmerge.view.pictures import draw_pair
-from scenarios.report.reading import Contest, Runs
+from scenarios.report.reading import Runs, TrackResults
 from scenarios.scoring.row import Row
 
 SIDE = 256  # pixels of the pictures, at the most
@@ -22,16 +22,16 @@ def gallery(runs: Runs) -> dict[str, Any]:
     -------
     dict
         ``pairs``: by id, both pictures as data addresses, their sizes, the way from a picture's pixels to the map's,
-        the true matrix or None, and what is known of the pair. ``answers``: worst first, each of a pair, a contest and
+        the true matrix or None, and what is known of the pair. ``answers``: worst first, each of a pair, a track and
         a method, with its matrix between the maps' pixels or None.
     """
     shrunk: dict[str, Any] = {}
     answers: list[tuple[tuple[float, ...], dict[str, Any]]] = []
-    for contest in runs.contests:
-        for row in contest.rows:
+    for track_results in runs.tracks:
+        for row in track_results.rows:
             if row["pair_id"] in runs.maps:
                 shrunk.setdefault(row["pair_id"], row)
-                answers.append((_badness(row), _answer(contest, row)))
+                answers.append((_badness(row), _answer(track_results, row)))
     pairs = {pair_id: _pair(runs, row) for pair_id, row in shrunk.items()}
     return {"pairs": pairs, "answers": [answer for _, answer in sorted(answers, key=lambda one: one[0])]}
 
@@ -44,11 +44,11 @@ def _badness(row: Row) -> tuple[float, ...]:
     return place, -float(row["errors"]["e_over_l"] if row["errors"] else 0.0)
 
 
-def _answer(contest: Contest, row: Row) -> dict[str, Any]:
+def _answer(track_results: TrackResults, row: Row) -> dict[str, Any]:
     errors = row["errors"]
     return {
         "pair": row["pair_id"],
-        "suite": contest.name,
+        "suite": track_results.name,
         "method": row["method"],
         "outcome": row["outcome"],
         "matrix": _rounded(np.ravel(row["candidates"][0])) if row["candidates"] else None,

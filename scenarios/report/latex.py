@@ -4,27 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from scenarios.report.reading import Contest
+from scenarios.report.reading import TrackResults
 from scenarios.report.standings import as_cells, standings
 
 COLUMNS = ("right and accepted", "best right", "wrong", "false merges", "AURC", "ECE", "e, cells", "CPU s")
 ESCAPED = str.maketrans({"%": r"\%", "_": r"\_", "&": r"\&", "#": r"\#"})
 
 
-def latex(contests: Sequence[Contest]) -> str:
+def latex(tracks: Sequence[TrackResults]) -> str:
     """Return one table per suite and track."""
-    return "\n".join(_table(contest) for contest in contests)
+    return "\n".join(_table(track_results) for track_results in tracks)
 
 
-def _table(contest: Contest) -> str:
-    lines = [(line.label, as_cells(line)) for line in standings(contest)]
+def _table(track_results: TrackResults) -> str:
+    lines = [(line.label, as_cells(line)) for line in standings(track_results)]
     rows = [" & ".join([label, *(cells[name][0] for name in COLUMNS)]).replace("%", r"\%") for label, cells in lines]
     body = " \\\\\n    ".join(row.replace("_", r"\_").replace("#", r"\#") for row in rows)
     heads = " & ".join(("method", *COLUMNS))
-    pairs = len({row["pair_id"] for row in contest.rows})
+    pairs = len({row["pair_id"] for row in track_results.rows})
     return rf"""\begin{{table}}
   \centering
-  \caption{{{contest.name.translate(ESCAPED)}: {pairs} pairs. Counts with share and 95\,\% interval by place.}}
+  \caption{{{track_results.name.translate(ESCAPED)}: {pairs} pairs. Counts with share and 95\,\% interval by place.}}
   \begin{{tabular}}{{l{"r" * len(COLUMNS)}}}
     \toprule
     {heads} \\

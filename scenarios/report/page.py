@@ -10,10 +10,10 @@ from rectmerge.errors import InputError
 from rectmerge.extras import require_extras
 from rectmerge.io.image_file import replace_file
 from rectmerge.view.embedding import as_script, text_of
-from scenarios.report import charts, mergedquality
+from scenarios.report import charts, merged_quality
 from scenarios.report.gallery import gallery
 from scenarios.report.latex import latex
-from scenarios.report.reading import Contest, Runs
+from scenarios.report.reading import Runs, TrackResults
 from scenarios.report.standings import as_cells, standings
 
 PACKAGE = "scenarios.report"
@@ -50,8 +50,8 @@ def write_report(folders: Sequence[Path], out: Path, *, table: Path | None = Non
     runs = Runs.read(folders)
     replace_file(out, html(runs).encode())
     if table is not None:
-        replace_file(table, latex(runs.contests).encode())
-    return sum(len(contest.rows) for contest in runs.contests)
+        replace_file(table, latex(runs.tracks).encode())
+    return sum(len(track_results.rows) for track_results in runs.tracks)
 
 
 def html(runs: Runs) -> str:
@@ -64,24 +64,24 @@ def html(runs: Runs) -> str:
     return environment.from_string(text_of(TEMPLATE, PACKAGE)).render(
         style=text_of(STYLE, PACKAGE),
         script=text_of("widget.js") + text_of(SCRIPT, PACKAGE),
-        contests=[_section(contest, runs) for contest in runs.contests],
+        tracks=[_section(track_results, runs) for track_results in runs.tracks],
         provenance=runs.provenance,
         answers=len(held["answers"]),
         gallery=as_script(held),
     )
 
 
-def _section(contest: Contest, runs: Runs) -> dict[str, Any]:
+def _section(track_results: TrackResults, runs: Runs) -> dict[str, Any]:
     """Gather what the page shows of one suite and track."""
-    lines = standings(contest)
-    shown = charts.shown_lines(contest, lines)
+    lines = standings(track_results)
+    shown = charts.shown_lines(track_results, lines)
     return {
-        "name": contest.name,
-        "pairs": len({row["pair_id"] for row in contest.rows}),
-        "places": len({row["place"] for row in contest.rows}),
+        "name": track_results.name,
+        "pairs": len({row["pair_id"] for row in track_results.rows}),
+        "places": len({row["place"] for row in track_results.rows}),
         "lines": [(line.label, as_cells(line)) for line in lines],
         "shown": list(shown),
-        "merged": mergedquality.as_cells(mergedquality.qualities(shown, runs.maps)),
+        "merged": merged_quality.as_cells(merged_quality.qualities(shown, runs.maps)),
         "success": charts.success_charts(shown),
         "recall": charts.recall_chart(shown),
         "time": charts.time_chart(lines),

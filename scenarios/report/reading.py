@@ -19,7 +19,7 @@ TRACKS = {False: "unknown scale", True: "known scale"}
 
 
 @dataclass(frozen=True, slots=True)
-class Contest:
+class TrackResults:
     """All rows of one suite and track."""
 
     suite: str
@@ -54,7 +54,7 @@ class Runs:
 
     Parameters
     ----------
-    contests
+    tracks
         The rows, by suite and track in the order of the runs.
     provenance
         Of each run.
@@ -62,7 +62,7 @@ class Runs:
         Rows of data sets that hold the pairs' maps, by pair id; pairs that no data set holds are missing.
     """
 
-    contests: Sequence[Contest]
+    tracks: Sequence[TrackResults]
     provenance: Sequence[Provenance]
     maps: dict[str, RowSource]
 
@@ -88,7 +88,7 @@ class Runs:
                 grouped.setdefault((row["suite"], track), []).append(row)
             provenance.append(_provenance(folder))
             maps |= _maps(folder)
-        return cls([Contest(suite, track, rows) for (suite, track), rows in grouped.items()], provenance, maps)
+        return cls([TrackResults(suite, track, rows) for (suite, track), rows in grouped.items()], provenance, maps)
 
 
 def _provenance(folder: Path) -> Provenance:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.report.reading import Contest
+from scenarios.report.reading import TrackResults
 from scenarios.scoring.row import Row
 from scenarios.scoring.statistics import Rate, clustered_rate
 from scenarios.studies.accuracy import count, is_right, median_error_px
@@ -62,9 +62,9 @@ class Standing:
     memory_mb: float | None
 
 
-def standings(contest: Contest) -> list[Standing]:
+def standings(track_results: TrackResults) -> list[Standing]:
     """Return the lines of a suite and track, the most right and accepted first."""
-    lines = [_standing(label, rows) for label, rows in contest.by_method().items()]
+    lines = [_standing(label, rows) for label, rows in track_results.by_method().items()]
     return sorted(lines, key=lambda line: (-line.right.k, line.wrong + line.merged.k))
 
 

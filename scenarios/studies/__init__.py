@@ -1,1 +1,1 @@
-"""The pages under results/."""
+"""Studies of methods and data, and their pages under results/."""

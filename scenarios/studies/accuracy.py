@@ -1,4 +1,4 @@
-"""What the default method is held to: the real and simulated pairs, what is counted, what is a regression."""
+"""Accuracy of the default method: its real and simulated pairs, counts, and regressions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two runs on the same pairs, side by side: what became better, what became worse, and whether chance would do it."""
+"""Comparison of two runs on the same pairs: improvements, regressions, and their intervals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How like real pairs the simulated ones are, in numbers, and how sturdy the simulation is: one command writes both."""
+"""Realism of simulated pairs: their measures beside those of real pairs, and the robustness of the simulation."""
 
 from __future__ import annotations
 

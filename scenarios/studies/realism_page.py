@@ -1,4 +1,4 @@
-"""The page that sets simulated pairs beside real ones."""
+"""Page that compares simulated pairs with real ones."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Suites of scenarios: their TOML files and what reads them."""
+"""Suites of scenarios: TOML files and their readers."""

@@ -1,4 +1,4 @@
-"""Whether a pair can be told at all: the true placement against every other, on what both robots saw, exactly.
+"""Identifiability of a pair: the score of the true placement against all others, on exact maps.
 
 In a ward of rooms that are all alike the maps fit as well one room further on: no method can know which placement is
 true, and "ambiguous" is the right answer. In simulation the building is known, so this is measured.

@@ -1,4 +1,4 @@
-"""Missions as different as they come: every family, scanner, path and mapper, drawn from a seed."""
+"""Random missions of every family, scanner, path and mapper, from a seed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values that a suite leaves open: ranges and choices in its TOML, drawn anew for every seed.
+"""Random values in suites: ranges and choices in TOML, drawn for every seed.
 
 A table of one of these forms may stand for any value of a scenario, in lists and in other choices too:
 

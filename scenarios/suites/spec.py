@@ -1,4 +1,4 @@
-"""What kind of pair is asked for: a building, a mission, two maps, and which of them belong together."""
+"""Scenarios: a building, a mission, two maps, and the relation of the maps."""
 
 from __future__ import annotations
 

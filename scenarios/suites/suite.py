@@ -1,4 +1,4 @@
-"""What is evaluated: suites of scenarios, read from TOML; an unknown key is refused with its path."""
+"""Suites of scenarios, read from TOML; an unknown key is refused with its path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables as TOML has them made into dataclasses: an unknown key or a wrong value is refused with its path."""
+"""Dataclasses from TOML tables; an unknown key or a wrong value is refused with its path."""
 
 from __future__ import annotations
 

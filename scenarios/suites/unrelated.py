@@ -1,4 +1,4 @@
-"""Missions whose two maps do not belong together, though they look as if they might.
+"""Missions whose two maps are unrelated but look alike.
 
 other-building    B explores another building of the same family, with corridors as wide as A's
 no-shared-room    one building; the robots stay so far apart that their maps have less than 0.05 in common

@@ -3,10 +3,10 @@ import math
 import pytest
 
 from rectmerge.errors import InputError
-from scenarios.leaderboard.contests import REAL, stages
 from scenarios.leaderboard.page import page, prediction
+from scenarios.leaderboard.plans import REAL, stages
 from scenarios.leaderboard.prediction import kendall_tau, matched_overlap
-from scenarios.report.reading import Contest, Provenance, Runs
+from scenarios.report.reading import Provenance, Runs, TrackResults
 
 
 def row(method, pair_id, outcome, *, suite="standard", overlap=0.4, stratum="required"):
@@ -28,7 +28,7 @@ def row(method, pair_id, outcome, *, suite="standard", overlap=0.4, stratum="req
     }
 
 
-def contest(suite, right):
+def track_results(suite, right):
     """Each method right on its first so many of ten pairs, the last of them of little overlap."""
     rows = [
         row(
@@ -41,11 +41,11 @@ def contest(suite, right):
         for method, count in right.items()
         for k in range(10)
     ]
-    return Contest(suite, "unknown scale", rows)
+    return TrackResults(suite, "unknown scale", rows)
 
 
-def runs(*contests):
-    return Runs(list(contests), [Provenance("rectbench run", "0123456789abcdef", "a machine")], {})
+def runs(*tracks):
+    return Runs(list(tracks), [Provenance("rectbench run", "0123456789abcdef", "a machine")], {})
 
 
 def test_tau_is_what_counting_pairs_by_hand_gives():
@@ -54,10 +54,10 @@ def test_tau_is_what_counting_pairs_by_hand_gives():
 
 
 def test_equal_rankings_agree_and_opposite_ones_do_not():
-    simulated = contest("standard", {"one": 9, "two": 5, "three": 1})
+    simulated = track_results("standard", {"one": 9, "two": 5, "three": 1})
 
-    same = prediction([simulated, contest("real_maps", {"one": 8, "two": 4, "three": 0})])
-    opposite = prediction([simulated, contest("real_maps", {"one": 0, "two": 4, "three": 8})])
+    same = prediction([simulated, track_results("real_maps", {"one": 8, "two": 4, "three": 0})])
+    opposite = prediction([simulated, track_results("real_maps", {"one": 0, "two": 4, "three": 8})])
 
     assert "**1.00**" in same
     assert "**-1.00**" in opposite
@@ -65,13 +65,13 @@ def test_equal_rankings_agree_and_opposite_ones_do_not():
 
 
 def test_overlaps_are_matched_in_bins():
-    rates = matched_overlap([contest("standard", {"one": 10})])["one"]
+    rates = matched_overlap([track_results("standard", {"one": 10})])["one"]
 
     assert [(rate.k, rate.n) for rate in rates] == [(1, 1), (9, 9), (0, 0), (0, 0)]
 
 
 def test_without_real_pairs_the_page_says_that_nothing_is_predicted():
-    text = page(runs(contest("standard", {"one": 9, "two": 5})))
+    text = page(runs(track_results("standard", {"one": 9, "two": 5})))
 
     assert "Not told" in text
     assert text.index("| one | 9 of 10") < text.index("| two | 5 of 10")

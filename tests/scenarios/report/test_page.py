@@ -39,9 +39,9 @@ def test_the_worst_answers_come_first_and_lie_where_the_method_put_them(report_r
 
 
 def test_the_leaderboard_counts_what_the_rows_say(report_run):
-    (contest,) = Runs.read([report_run]).contests
+    (track_results,) = Runs.read([report_run]).tracks
 
-    lines = {line.label: line for line in standings(contest)}
+    lines = {line.label: line for line in standings(track_results)}
     assert next(iter(lines)) == "good"
     assert (lines["good"].right.k, lines["good"].right.n, lines["good"].merged.k) == (3, 3, 3)
     assert (lines["bad"].right.k, lines["bad"].wrong, lines["bad"].best) == (0, 3, 0)

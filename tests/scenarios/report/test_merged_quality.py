@@ -2,7 +2,7 @@ import pytest
 
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
-from scenarios.report.mergedquality import Quality, Scene, as_cells
+from scenarios.report.merged_quality import Quality, Scene, as_cells
 from tests import drawing
 
 PLAN = drawing.building()

@@ -1,4 +1,4 @@
-"""What the leaderboard is made of: data sets, and runs of everybody on them, each resumed where it was left."""
+"""Plans of the leaderboard: data sets, and resumable runs of all entrants on them."""
 
 from __future__ import annotations
 

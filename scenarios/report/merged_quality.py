@@ -1,4 +1,4 @@
-"""Merged maps against the building: what an accepted answer is worth as a map."""
+"""Merged maps compared with the building: the quality of accepted answers as maps."""
 
 from __future__ import annotations
 
