@@ -147,7 +147,7 @@ def move(placement: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray
     return np.array([[a * x - b * y + tx, b * x + a * y + ty] for x, y in points.tolist()]).reshape(-1, 2)
 
 
-def tally(placements, quarters, points, faces, codes):
+def count_codes(placements, quarters, points, faces, codes):
     """Count the codes that each placement's faces meet, face by face, shape (N, 256)."""
     ways, height, width = codes.shape
     counts = np.zeros((len(placements), 256), int)

@@ -28,7 +28,7 @@ class Shrunk:
     to_given: Similarity
 
     @classmethod
-    def of(cls, grid: OccupancyGrid, most_cells: int) -> Shrunk:
+    def from_grid(cls, grid: OccupancyGrid, most_cells: int) -> Shrunk:
         """Shrink a map with a known cell until no side is longer than `most_cells`."""
         left, top, width, height = cv2.boundingRect((~grid.unknown).view(np.uint8))
         cut = (slice(top, top + height), slice(left, left + width))

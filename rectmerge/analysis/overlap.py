@@ -38,7 +38,7 @@ class Agreement:
 
 def measure_agreement(a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) -> Agreement:
     """Measure overlap and conflict of B placed on A by the pixel similarity `pixels`."""
-    return Comparison(a, b).measure(pixels)
+    return AgreementMeter(a, b).measure(pixels)
 
 
 def cells_of(mask: NDArray[np.bool_], most: int) -> NDArray[np.intp]:
@@ -67,7 +67,7 @@ def area_overlap(a: NDArray[np.uint8], b: NDArray[np.uint8], pixels: NDArray[np.
     return min(1.0, common / max(1.0, min(area_a, area_b))), min(1.0, common / max(1.0, area_a + area_b - common))
 
 
-class Comparison:
+class AgreementMeter:
     """Two maps made ready to be compared under several placements.
 
     Parameters
@@ -77,7 +77,7 @@ class Comparison:
     """
 
     def __init__(self, a: OccupancyGrid, b: OccupancyGrid) -> None:
-        self._a, self._b = _Side.of(a), _Side.of(b)
+        self._a, self._b = _MapLayers.from_grid(a), _MapLayers.from_grid(b)
 
     def measure(self, pixels: Similarity) -> Agreement:
         """Measure overlap and conflict of B placed on A by the pixel similarity `pixels`."""
@@ -89,7 +89,7 @@ class Comparison:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Side:
+class _MapLayers:
     """One of the maps: its free mask, where it is known, where it is free away from walls, and its walls as (u, v)."""
 
     free: NDArray[np.uint8]
@@ -98,14 +98,14 @@ class _Side:
     walls: NDArray[np.intp]
 
     @classmethod
-    def of(cls, grid: OccupancyGrid) -> _Side:
+    def from_grid(cls, grid: OccupancyGrid) -> _MapLayers:
         free, occupied = grid.free, grid.occupied
         size = 2 * CONFLICT_REACH_CELLS + 1
         near = cv2.dilate(occupied.view(np.uint8), np.ones((size, size), np.uint8)).astype(np.bool_)
         walls = cells_of(occupied, MOST_WALL_CELLS)[:, ::-1]
         return cls(free.view(np.uint8), free | near, free & ~near, walls)
 
-    def walls_on(self, other: _Side, pixels: Similarity) -> tuple[int, int]:
+    def walls_on(self, other: _MapLayers, pixels: Similarity) -> tuple[int, int]:
         """Count this map's walls that fall on open space of another, and those on known cells."""
         u, v = np.rint(pixels.apply(self.walls)).astype(np.intp).T
         height, width = other.is_known.shape

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.walls import coherence_at, thickness_at
+from rectmerge._kernels.wall_quality import coherence_at, thickness_at
 from rectmerge.analysis.overlap import cells_of
 from rectmerge.grid import OccupancyGrid
 

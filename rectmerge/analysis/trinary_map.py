@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.shrinking import describe_walls
+from rectmerge._kernels.wall_cells import describe_walls
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 
@@ -23,7 +23,7 @@ class MapCells:
     rows, cols
         Shape (W,): where the occupied cells are.
     kinds
-        Shape (W,), int8: inside a wall, on its surface, or a speck, as `rectmerge._kernels.shrinking` numbers them.
+        Shape (W,), int8: inside a wall, on its surface, or a speck, as `rectmerge._kernels.wall_cells` numbers them.
     normals
         Shape (W, 2), float32: (nx, ny) into the free space beside a surface cell; (0, 0) where there is none.
     """

@@ -93,13 +93,13 @@ class Icp:
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
         """Place B on A; `scale` bounds the pixel scale (cells of A per cell of B)."""
-        shrunk = Shrunk.of(a, self.side_cells), Shrunk.of(b, self.side_cells)
+        shrunk = Shrunk.from_grid(a, self.side_cells), Shrunk.from_grid(b, self.side_cells)
         walls = [wall_points(one.grid) for one in shrunk]
         for name, points in zip("AB", walls, strict=True):
             if len(np.unique(points, axis=0)) < 2:
                 return Alignment(verdict="rejected", reason=f"map {name} has no two wall cells", method=self.name)
         bounds = shrunk_bounds(scale, *shrunk)
-        all_a, all_b = _Walls.of(walls[0]), _Walls.of(walls[1])
+        all_a, all_b = _Walls.from_points(walls[0]), _Walls.from_points(walls[1])
         few = all_a.sample(self.points, rng), all_b.sample(self.points, rng)
         near = self.near_share * few[0].spread
         starts = self._iterate(self._starts(*few, bounds), *few, bounds, self._closest)
@@ -172,7 +172,7 @@ class _Walls:
     spread: float
 
     @classmethod
-    def of(cls, walls: NDArray[np.float64]) -> _Walls:
+    def from_points(cls, walls: NDArray[np.float64]) -> _Walls:
         """Take all of the walls (W, 2) and look up the nearest of them around."""
         size = np.ptp(walls, axis=0).max()
         room = int(size // 4) + 2

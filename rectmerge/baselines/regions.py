@@ -81,7 +81,7 @@ class Regions:
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
         """Place B on A; `scale` bounds the pixel scale (cells of A per cell of B)."""
-        shrunk = Shrunk.of(a, self.side_cells), Shrunk.of(b, self.side_cells)
+        shrunk = Shrunk.from_grid(a, self.side_cells), Shrunk.from_grid(b, self.side_cells)
         boxes = [region_boxes(one.grid, self.most) for one in shrunk]
         for name, found in zip("AB", boxes, strict=True):
             if len(found) == 0:

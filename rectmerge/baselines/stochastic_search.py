@@ -1,4 +1,4 @@
-"""The method `stochastic-search`: an adaptive random walk towards the placement where the maps look most alike."""
+"""Baseline `stochastic-search`: adaptive random walks towards the placement of the greatest image similarity."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.wandering import walk
+from rectmerge._kernels.random_walk import walk
 from rectmerge.alignment import Alignment
 from rectmerge.analysis.downscaling import Shrunk, between_given, shrunk_bounds
 from rectmerge.analysis.overlap import cells_of
@@ -44,7 +44,7 @@ class StochasticSearch:
     worse_share
         Probability that a step is accepted although it is worse.
     lock_cells
-        The article's c_lock: what a cell that agrees is worth beside distances, in cells.
+        The article's c_lock: the weight of an agreeing cell against distances, in cells.
     least_overlap
         Placements where less of the smaller map is known in both do not count.
     accept_at
@@ -96,24 +96,26 @@ class StochasticSearch:
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
         """Place B on A; `scale` bounds the pixel scale (cells of A per cell of B)."""
-        shrunk = Shrunk.of(a, self.side_cells), Shrunk.of(b, self.side_cells)
-        sides = _Side.of(shrunk[0].grid, self.cells, rng), _Side.of(shrunk[1].grid, self.cells, rng)
-        for name, side in zip("AB", sides, strict=True):
-            if not all(map(len, side.cells)):
+        shrunk = Shrunk.from_grid(a, self.side_cells), Shrunk.from_grid(b, self.side_cells)
+        sampled = [_SampledMap.from_grid(each.grid, self.cells, rng) for each in shrunk]
+        for name, each in zip("AB", sampled, strict=True):
+            if not all(map(len, each.cells)):
                 reason = f"map {name} has no free or no occupied cell"
                 return Alignment(verdict="rejected", reason=reason, method=self.name)
-        found = self._walks(*sides, shrunk_bounds(scale, *shrunk), rng)
+        ends = self._walk_ends(sampled[0], sampled[1], shrunk_bounds(scale, *shrunk), rng)
         comparison = CellComparison(shrunk[0].grid, shrunk[1].grid)
         placements = [
             Placement(between_given(pixels, *shrunk), comparison.acceptance_index(pixels))
-            for pixels in found
+            for pixels in ends
             if comparison.known_share(pixels) >= self.least_overlap
         ]
         nothing = f"no placement where {100 * self.least_overlap:g} % of the smaller map is known in both"
         return answer(self.name, a, b, placements, accept_at=self.accept_at, scale=scale, nothing=nothing)
 
-    def _walks(self, a: _Side, b: _Side, bounds: tuple[float, float], rng: np.random.Generator) -> list[Similarity]:
-        """Walk from everywhere; return where the walks came closest."""
+    def _walk_ends(
+        self, a: _SampledMap, b: _SampledMap, bounds: tuple[float, float], rng: np.random.Generator
+    ) -> list[Similarity]:
+        """Walk from random starts; return the most similar placement of each walk, the best first."""
         limits = math.log(bounds[0]), math.log(bounds[1])
         height, width = a.distances[0].shape
         lowest, highest = (-math.pi, limits[0], 0, 0), (math.pi, limits[1], width - 1, height - 1)
@@ -139,15 +141,15 @@ class StochasticSearch:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Side:
-    """A map as it is compared: some cells (N, 2) as (u, v), and Manhattan distances (H, W), of free and of occupied."""
+class _SampledMap:
+    """Sampled cells of a map, (N, 2) as (u, v), and Manhattan distances to all, (H, W): free first, then occupied."""
 
     cells: _Two
     distances: tuple[NDArray[np.float32], NDArray[np.float32]]
     middle: tuple[float, float]
 
     @classmethod
-    def of(cls, grid: OccupancyGrid, most: int, rng: np.random.Generator) -> _Side:
+    def from_grid(cls, grid: OccupancyGrid, most: int, rng: np.random.Generator) -> _SampledMap:
         """Choose at most `most` cells of each value and measure the distances to all."""
         free, occupied = grid.free, grid.occupied
         cells = tuple(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.analysis.quality import MapQuality, measure_quality
-from rectmerge.drawing.maps import Picture, beside, draw_parallels, draw_rectangles, draw_series
+from rectmerge.drawing.maps import Picture, draw_parallels, draw_rectangles, draw_series, side_by_side
 from rectmerge.grid import UNKNOWN, OccupancyGrid
 from rectmerge.paper.edges import largest_neighbours
 from rectmerge.paper.orientation import Orientation, orthogonal_orientation
@@ -109,7 +109,7 @@ class Inspection:
             upright = _cropped(PlacedImage.from_cells(self.grid.occupancy).turned(self.orientation.turn).cells)
             turned = rmap(upright.free).rectangles
             panels[f"turned upright: {len(turned)} rectangles"] = draw_rectangles(upright, turned)
-        return beside(list(panels.values()), list(panels))
+        return side_by_side(list(panels.values()), list(panels))
 
 
 def inspect_map(grid: OccupancyGrid) -> Inspection:

@@ -136,7 +136,7 @@ def draw_parallels(
     return with_legend(image, {"edge": YELLOW, "its parallel": PINK, turn: CONFLICT})
 
 
-def beside(pictures: Sequence[Picture], captions: Sequence[str], *, columns: int = 2) -> Picture:
+def side_by_side(pictures: Sequence[Picture], captions: Sequence[str], *, columns: int = 2) -> Picture:
     """Set pictures side by side in rows of `columns`, each under its caption."""
     height, width = (max(picture.shape[i] for picture in pictures) for i in (0, 1))
     tiles = []

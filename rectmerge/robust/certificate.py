@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.shrinking import known_bounds
+from rectmerge._kernels.wall_cells import known_bounds
 from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.analysis.wall_faces import QUARTER
 from rectmerge.errors import InputError

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import suppress
 from rectmerge._kernels.profiles import profile_energies
-from rectmerge._kernels.shrinking import count_walls, known_bounds, specks_of_few
+from rectmerge._kernels.wall_cells import count_walls, known_bounds, specks_of_few
 from rectmerge.analysis.distance_codes import BINS, ON_BORDER, distance_codes, distance_to
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.analysis.wall_faces import WallFaces

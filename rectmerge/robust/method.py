@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rectmerge.alignment import Alignment, Candidate, Verdict
-from rectmerge.analysis.overlap import Agreement, Comparison
+from rectmerge.analysis.overlap import Agreement, AgreementMeter
 from rectmerge.analysis.quality import measure_quality
 from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.errors import InputError
@@ -189,7 +189,7 @@ class Robust:
     ) -> list[_Answer]:
         """Make the best placements exact on the maps' own cells, and gather what speaks for each."""
         surfaces = Surface.from_cells(fixed.cells), Surface.from_cells(moving.cells)
-        comparison = Comparison(fixed.grid, moving.grid)
+        comparison = AgreementMeter(fixed.grid, moving.grid)
         rivals = log_odds_of_rest(ranking.plausibility)
         answers = []
         for i in range(min(self.candidates, len(ranking))):

@@ -9,8 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge._kernels.code_counts import count_codes
 from rectmerge._kernels.placements import add_scores, invert
-from rectmerge._kernels.tallying import tally
 from rectmerge.analysis.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
 from rectmerge.analysis.overlap import cells_of
 from rectmerge.analysis.wall_faces import QUARTER, WallFaces
@@ -174,7 +174,7 @@ def _tallied(
     codes: NDArray[np.uint8],
 ) -> NDArray[np.int32]:
     counts = np.zeros((len(placements), CODES), np.int32)
-    tally(placements, quarters, points, faces, codes, counts)
+    count_codes(placements, quarters, points, faces, codes, counts)
     return counts
 
 

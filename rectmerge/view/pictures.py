@@ -48,7 +48,7 @@ def draw_pair(a: OccupancyGrid, b: OccupancyGrid, side: int) -> dict[str, Any]:
 def _small(grid: OccupancyGrid, side: int) -> Shrunk:
     if grid.unknown.all():
         return Shrunk(OccupancyGrid(np.zeros((1, 1), np.int8)), Similarity())
-    return Shrunk.of(grid, side)
+    return Shrunk.from_grid(grid, side)
 
 
 def _hull(grid: OccupancyGrid) -> list[list[int]]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rectmerge.drawing.maps import beside
+from rectmerge.drawing.maps import side_by_side
 from scenarios.dataset.contact_sheet import paletted_png, strip
 from scenarios.dataset.metadata import check_row, line_at, metadata_lines, parse_row
 from scenarios.dataset.reader import split_folders
@@ -132,7 +132,9 @@ def picture(dataset: Path) -> bytes:
     places = [(folder, line.start) for folder in split_folders(dataset) for line in metadata_lines(folder)]
     chosen = [(folder, line_at(folder, start)) for folder, start in places[:: -(-len(places) // PAIRS)]]
     pairs = [check_row(parse_row(line), folder, "", line.place).pair() for folder, line in chosen]
-    return paletted_png(beside([strip(pair) for pair in pairs], [_caption(pair) for pair in pairs], columns=COLUMNS))
+    return paletted_png(
+        side_by_side([strip(pair) for pair in pairs], [_caption(pair) for pair in pairs], columns=COLUMNS)
+    )
 
 
 def _caption(pair: MapPair) -> str:

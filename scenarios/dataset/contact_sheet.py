@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from rectmerge.drawing.maps import beside, draw_map
+from rectmerge.drawing.maps import draw_map, side_by_side
 from rectmerge.drawing.overlay import draw_overlay
 from rectmerge.errors import SimulationError
 from scenarios.pairs.pair import MapPair
@@ -34,7 +34,7 @@ def contact_sheet(pairs: int = PAIRS) -> Picture:
     """Draw pairs of every family and pose source: A, B, and B on A by the truth; shape (H, W, 3), RGB."""
     sources = random_sources(TRIES * PERIOD, seed=SEED, poses=POSES)
     shown = [_first_made(sources[k % PERIOD :: PERIOD]) for k in range(pairs)]
-    return beside([strip(pair) for pair in shown], [_caption(pair) for pair in shown], columns=COLUMNS)
+    return side_by_side([strip(pair) for pair in shown], [_caption(pair) for pair in shown], columns=COLUMNS)
 
 
 def _first_made(sources: Sequence[MissionSource]) -> MapPair:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.composing.compose import compose
-from rectmerge.drawing.maps import beside, draw_map, draw_rectangles
+from rectmerge.drawing.maps import draw_map, draw_rectangles, side_by_side
 from rectmerge.drawing.overlay import draw_overlay
 from rectmerge.errors import SimulationError
 from rectmerge.grid import OccupancyGrid
@@ -165,7 +165,7 @@ def _draw(log: MissionLog, pair: MapPair, answers: dict[str, TimedAnswer], rows:
 
 def combine(pictures: Sequence[tuple[Picture, str]], *, columns: int = 3) -> Picture:
     """Set pictures with their captions side by side, each fitted into a tile of one size."""
-    return beside([_fitted(picture) for picture, _ in pictures], [text for _, text in pictures], columns=columns)
+    return side_by_side([_fitted(picture) for picture, _ in pictures], [text for _, text in pictures], columns=columns)
 
 
 def _fitted(picture: Picture) -> Picture:

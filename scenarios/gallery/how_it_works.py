@@ -15,7 +15,7 @@ from rectmerge.alignment import Alignment, Candidate
 from rectmerge.analysis.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
 from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.analysis.wall_faces import QUARTER, WallFaces
-from rectmerge.drawing.maps import beside, draw_map, with_legend
+from rectmerge.drawing.maps import draw_map, side_by_side, with_legend
 from rectmerge.errors import SimulationError
 from rectmerge.io.image_file import replace_file
 from rectmerge.methods import align
@@ -136,7 +136,7 @@ def draw_maps(shown: Explained) -> Picture:
     """Draw the two maps as they are given."""
     grids = shown.pair.a, shown.pair.b
     captions = [f"map {name}: {grid.shape[1]} x {grid.shape[0]} cells" for name, grid in zip("AB", grids, strict=True)]
-    return beside([draw_map(grid) for grid in grids], captions)
+    return side_by_side([draw_map(grid) for grid in grids], captions)
 
 
 def draw_features(shown: Explained) -> Picture:
@@ -159,7 +159,7 @@ def draw_features(shown: Explained) -> Picture:
         pictures.append(canvas.image)
     captions = [f"working grid of {name}" for name in "AB"]
     legend = {**WAYS, "a room found in both": ROOM, f"the best {DRAWN_RECTANGLES} rectangles": OTHER_ROOMS}
-    return with_legend(beside(pictures, captions), legend)
+    return with_legend(side_by_side(pictures, captions), legend)
 
 
 def draw_shifts(shown: Explained) -> Picture:
@@ -179,14 +179,14 @@ def draw_shifts(shown: Explained) -> Picture:
             cv2.circle(image, np.rint(spot).astype(int).tolist(), RING_PX, WHITE, 1, cv2.LINE_AA)
         pictures.append(image)
         captions.append(f"B turned on by {90 * quarter} degrees: at most {max(0, share.max()):.0%}")
-    return beside(pictures, captions)
+    return side_by_side(pictures, captions)
 
 
 def draw_rivals(shown: Explained) -> Picture:
     """Draw the best placement and the strongest of its rivals: which faces meet, and which are contradicted."""
     best, rival = shown.found.candidates[:2]
     captions = [f"best placement: confidence {best.confidence:.2f}", f"strongest rival: {rival.confidence:.2f}"]
-    return with_legend(beside([draw_meetings(shown, each.pixels) for each in (best, rival)], captions), MEETINGS)
+    return with_legend(side_by_side([draw_meetings(shown, each.pixels) for each in (best, rival)], captions), MEETINGS)
 
 
 def draw_ward(shown: Explained) -> Picture:
@@ -196,7 +196,7 @@ def draw_ward(shown: Explained) -> Picture:
         raise SimulationError(f"{shown.pair.pair_id}: the maps have no truth to draw")
     captions = [f"best: confidence {best.confidence:.2f}", f"rival: {rival.confidence:.2f}", "the truth"]
     placements = (best.pixels, rival.pixels, shown.pair.pixels)
-    return with_legend(beside([draw_meetings(shown, each) for each in placements], captions, columns=3), MEETINGS)
+    return with_legend(side_by_side([draw_meetings(shown, each) for each in placements], captions, columns=3), MEETINGS)
 
 
 def draw_meetings(shown: Explained, pixels: Similarity) -> Picture:

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from rectmerge.composing.compose import compose
 from rectmerge.drawing.maps import (
     Picture,
-    beside,
     draw_map,
     draw_parallels,
     draw_rectangles,
     draw_series,
     draw_triangle,
+    side_by_side,
 )
 from rectmerge.drawing.overlay import draw_overlay
 from rectmerge.errors import SimulationError
@@ -168,7 +168,7 @@ def _draw_correspondence(step: Pass) -> Picture:
         draw_triangle(*_upright(step.images[0], [boxes[0][i] for i in three]), side_px=SIDE_PX),
         draw_rectangles(*_upright(step.images[1], partners), side_px=SIDE_PX),
     ]
-    return beside(pictures, ["map A: three rectangles", f"map B: {len(partners)} that correspond to one of them"])
+    return side_by_side(pictures, ["map A: three rectangles", f"map B: {len(partners)} that correspond to one of them"])
 
 
 def _draw_triangles(step: Pass, images: Sequence[PlacedImage]) -> Picture:
@@ -186,7 +186,7 @@ def _draw_merged(walked: Walked) -> Picture:
     first = walked.passes[0]
     as_it_is = overlay(list(first.images), replace(first.match, ratio=1.0))
     placements = {"without rescaling": as_it_is, "with rescaling": walked.passes[-1].pixels}
-    return beside(
+    return side_by_side(
         [draw_overlay(*walked.maps, pixels, side_px=SIDE_PX) for pixels in placements.values()], [*placements]
     )
 
@@ -203,11 +203,11 @@ def draw_practical(pair: MapPair) -> Picture:
     merged = compose([pair.a, pair.b], [None, pixels_to_map_frame(last.pixels, pair.a, pair.b)]).grid
     pictures = [draw_map(grid, side_px=SIDE_PX) for grid in (pair.a, pair.b, merged)]
     pictures.append(draw_overlay(pair.a, pair.b, last.pixels, side_px=SIDE_PX))
-    return beside(pictures, ["map A", "map B", "merged", "where they agree"])
+    return side_by_side(pictures, ["map A", "map B", "merged", "where they agree"])
 
 
 def _pair(pictures: Sequence[Picture], caption: str) -> Picture:
-    return beside(pictures, [caption.format(name) for name in "AB"])
+    return side_by_side(pictures, [caption.format(name) for name in "AB"])
 
 
 def _numbered(grid: OccupancyGrid, boxes: Sequence[Rectangle]) -> Picture:

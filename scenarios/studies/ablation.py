@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.shrinking import SPECK, SURFACE, describe_walls
+from rectmerge._kernels.wall_cells import SPECK, SURFACE, describe_walls
 from rectmerge.analysis import trinary_map as cells
 from rectmerge.analysis import wall_faces as sides
 from rectmerge.methods import make_method

@@ -14,7 +14,7 @@ def spotted(height: int, width: int, row: int, col: int) -> OccupancyGrid:
 
 
 def test_a_wall_of_one_cell_stays_and_keeps_its_place():
-    shrunk = Shrunk.of(spotted(40, 61, 20, 41), 31)
+    shrunk = Shrunk.from_grid(spotted(40, 61, 20, 41), 31)
 
     ((row, col),) = np.argwhere(shrunk.grid.occupied)
     assert shrunk.grid.shape == (20, 31)
@@ -22,17 +22,17 @@ def test_a_wall_of_one_cell_stays_and_keeps_its_place():
 
 
 def test_the_middle_of_a_block_is_the_middle_of_its_cells():
-    assert Shrunk.of(spotted(40, 60, 0, 0), 20).to_given.apply([0, 0]) == pytest.approx([3 + 1, 3 + 1])
+    assert Shrunk.from_grid(spotted(40, 60, 0, 0), 20).to_given.apply([0, 0]) == pytest.approx([3 + 1, 3 + 1])
 
 
 def test_a_small_map_is_only_cut():
-    shrunk = Shrunk.of(spotted(10, 12, 4, 5), 100)
+    shrunk = Shrunk.from_grid(spotted(10, 12, 4, 5), 100)
 
     assert (shrunk.grid.shape, shrunk.to_given) == ((10, 12), Similarity(1.0, 0.0, 3.0, 3.0))
 
 
 def test_bounds_and_placements_of_shrunk_maps_stand_for_those_of_the_maps():
-    a, b = Shrunk.of(spotted(40, 60, 1, 1), 20), Shrunk.of(spotted(40, 60, 1, 1), 60)
+    a, b = Shrunk.from_grid(spotted(40, 60, 1, 1), 20), Shrunk.from_grid(spotted(40, 60, 1, 1), 60)
 
     assert shrunk_bounds((0.5, 2.0), a, b) == pytest.approx((0.5 / 3, 2.0 / 3))
     given = between_given(Similarity(1 / 3, 0.0, -1 / 3, -1 / 3), a, b)

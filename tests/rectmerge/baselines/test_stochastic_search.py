@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rectmerge._kernels.wandering import dissimilarity
+from rectmerge._kernels.random_walk import dissimilarity
 from rectmerge.baselines.stochastic_search import StochasticSearch
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid

@@ -100,7 +100,7 @@ def test_a_triangle_joins_the_centres_of_its_rectangles():
 def test_pictures_beside_each_other_keep_their_pixels():
     small, large = np.full((40, 50, 3), 7, np.uint8), np.full((60, 80, 3), 9, np.uint8)
 
-    image = picture.beside([small, large, small], ["", "", ""])
+    image = picture.side_by_side([small, large, small], ["", "", ""])
 
     assert count(image, (7, 7, 7), legend=True) == 2 * 40 * 50
     assert count(image, (9, 9, 9), legend=True) == 60 * 80

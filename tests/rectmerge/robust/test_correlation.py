@@ -59,7 +59,7 @@ def test_the_gain_of_a_shift_is_about_that_of_its_faces_one_by_one():
             (on_a, on_b, (k + quarter) % 4, best),
             (on_b, on_a, (k - quarter) % 4, back),
         ):
-            met = naive.tally(placement, [0], here.walls, here.faces[:, [k]], there.codes[[way]])[0]
+            met = naive.count_codes(placement, [0], here.walls, here.faces[:, [k]], there.codes[[way]])[0]
             slow += met @ face_gains(there, noise)[way]
     assert gains.max() == pytest.approx(slow, rel=0.15)
 

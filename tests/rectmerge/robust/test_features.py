@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 
 from rectmerge._kernels.placements import suppress
 from rectmerge._kernels.profiles import profile_energies
-from rectmerge._kernels.shrinking import known_bounds
+from rectmerge._kernels.wall_cells import known_bounds
 from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.robust.features import dominant_angles, extract_features, rectangles_in_frame, shrink

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from rectmerge._kernels.tallying import tally
+from rectmerge._kernels.code_counts import count_codes
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.robust.features import dominant_angles, extract_features
 from rectmerge.robust.wall_agreement import AgreementScorer
@@ -32,9 +32,9 @@ def test_the_fast_count_is_the_slow_one(seed):
     quarters = rng.integers(0, 4, 6)
     counts = np.zeros((6, 256), np.int32)
 
-    tally(placements, quarters, points, faces, codes, counts)
+    count_codes(placements, quarters, points, faces, codes, counts)
 
-    np.testing.assert_array_equal(counts, naive.tally(placements, quarters, points, faces, codes))
+    np.testing.assert_array_equal(counts, naive.count_codes(placements, quarters, points, faces, codes))
 
 
 def test_a_map_on_itself_meets_all_its_faces():

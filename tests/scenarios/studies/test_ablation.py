@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rectmerge._kernels.shrinking import SPECK, SURFACE, describe_walls
+from rectmerge._kernels.wall_cells import SPECK, SURFACE, describe_walls
 from rectmerge.robust import hypotheses
 from scenarios.studies.ablation import ABLATIONS, Ablation, ablated_rows, no_specks
 from tests.scenarios.known_answers import pair

@@ -9,7 +9,7 @@ from rectmerge._kernels.compiling import kernel
 
 
 @kernel
-def tally(
+def count_codes(
     placements: NDArray[np.float64],
     quarters: NDArray[np.int64],
     points: NDArray[np.float64],
