@@ -7,8 +7,9 @@ from typing import Annotated
 import typer
 
 from rectmerge.cli import console
-from rectmerge.cli.map_options import DialectName, Grey, MapA, MapB, Resolution, Strict
-from rectmerge.cli.method_options import Fields, MethodName, ScaleText, Seed
+from rectmerge.cli.app import Json
+from rectmerge.cli.map_options import MapA, MapB, PairOptions
+from rectmerge.cli.method_options import MethodOptions
 
 PixelsText = Annotated[
     str, typer.Option("--pixels", metavar="A,B,TX,TY", help="The placement, from B's pixels to A's; or six numbers.")
@@ -19,20 +20,9 @@ def check(
     a: MapA,
     b: MapB,
     pixels: PixelsText,
-    method: MethodName = None,
-    scale: ScaleText = "auto",
-    seed: Seed = 0,
-    fields: Fields = None,
-    json: console.Json = False,
-    resolution_a: Resolution = None,
-    resolution_b: Resolution = None,
-    free: Grey = None,
-    occupied: Grey = None,
-    unknown: Grey = None,
-    dialect: DialectName = None,
-    strict_thresholds: Strict = False,
-    quiet: console.Quiet = False,
-    debug: console.Debug = False,
+    solving: MethodOptions,
+    reading: PairOptions,
+    json: Json = False,
 ) -> None:
     """Judge a placement that was made by hand, with the verdict that `merge` would give it; writes nothing.
 
@@ -40,22 +30,19 @@ def check(
     says so, and tells what does. The numbers are those that `rectmerge view` shows: pixel (u, v) of B lies on pixel
     (a u - b v + tx, b u + a v + ty) of A.
     """
-    from rectmerge.cli.map_options import name_maps, read_maps
+    from rectmerge.cli.map_options import read_maps
     from rectmerge.cli.merge import lay_out
-    from rectmerge.cli.method_options import choose_method, parse_scale
     from rectmerge.cli.placement_source import moved_cells, parse_pixels
     from rectmerge.cli.summary import describe, describe_check
+    from rectmerge.io.json_text import to_json
     from rectmerge.methods import check as judge
-    from rectmerge.results.folder import to_json
 
-    told, bounds, solver = parse_pixels(pixels), parse_scale(scale), choose_method(method, fields or [])
-    maps = [(a, resolution_a), (b, resolution_b)]
-    inputs = name_maps(maps, greys=(free, occupied, unknown), dialect=dialect, strict=strict_thresholds)
-    grid_a, grid_b = read_maps(inputs, quiet=quiet)
-    found = judge(grid_a, grid_b, told, method=solver, scale=bounds, seed=seed)
+    placement, scale, method = parse_pixels(pixels), solving.parse_scale(), solving.make_method()
+    grid_a, grid_b = read_maps(reading.pair(a, b))
+    judged = judge(grid_a, grid_b, placement, method=method, scale=scale, seed=solving.seed)
     if json:
-        moved = moved_cells(grid_b, told, found.candidates[0].pixels) if found.candidates else 0.0
-        typer.echo(to_json(lay_out(found, grid_a, grid_b) | {"moved_cells": moved}))
+        moved = moved_cells(grid_b, placement, judged.candidates[0].pixels) if judged.candidates else 0.0
+        typer.echo(to_json(lay_out(judged, grid_a, grid_b) | {"moved_cells": moved}))
     else:
-        typer.echo("\n".join([describe(found, is_given=True), *describe_check(found, grid_b, told)]))
-    raise typer.Exit(console.STATUS[found.verdict])
+        typer.echo("\n".join([describe(judged, is_given=True), *describe_check(judged, grid_b, placement)]))
+    raise typer.Exit(console.STATUS[judged.verdict])

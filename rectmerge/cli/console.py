@@ -1,4 +1,4 @@
-"""What both commands share: known errors become one line and a status, unknown ones a line and a log."""
+"""Console of both commands: known errors become one line and a status, unknown ones a line and a log."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import typer
 
@@ -30,23 +30,10 @@ AMBIGUOUS = 3
 INTERNAL = 70
 INTERRUPTED = 130
 AGAIN_SECONDS = 0.02  # until an interrupt that was lost is raised again
+_LOGGER = logging.getLogger("rectmerge")  # its level is what --quiet sets
 BROKEN_PIPE = 141  # as a shell reports a reader that went away; 1 would mean "no"
 
 
-def _show_version(asked: bool) -> None:
-    if asked:
-        typer.echo(__version__)
-        raise typer.Exit(YES)
-
-
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", metavar="", help="Keep progress and notes off stderr.")]
-Debug = Annotated[bool, typer.Option("--debug", metavar="", help="Show the traceback of any error.")]
-Json = Annotated[bool, typer.Option("--json", metavar="", help="Print JSON instead of text.")]
-Version = Annotated[
-    bool,
-    typer.Option("--version", metavar="", help="Show the version and exit.", callback=_show_version, is_eager=True),
-]
-SETTINGS = {"help_option_names": ["-h", "--help"]}  # of both command lines and all their commands
 STATUS = {"accepted": YES, "rejected": NO, "ambiguous": AMBIGUOUS}  # of a verdict
 
 
@@ -65,8 +52,7 @@ def run(app: typer.Typer, prog: str, args: Sequence[str] | None = None) -> int:
     ----------
     app
         The commands. A command answers by ``raise typer.Exit(status)``, or returns for status 0; it raises
-        `RectMergeError` for what the user can mend. Commands declare the options `Quiet` and `Debug`, and the
-        callback of the whole app `Version`.
+        `RectMergeError` for what the user can mend.
     prog
         The name people type.
     args
@@ -85,7 +71,7 @@ def run(app: typer.Typer, prog: str, args: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if args is None else args)
     try:
-        with _notes(prog, quiet=not {"--quiet", "-q"}.isdisjoint(words)):
+        with _notes(prog):
             typer.main.get_command(app).main(args=words, prog_name=prog)
     except SystemExit as end:  # how a command line ends in every version of typer
         return _status(end, prog)
@@ -105,24 +91,41 @@ def say(line: str) -> None:
     typer.echo(line, err=True)
 
 
+def note(line: str) -> None:
+    """Write a line to stderr unless ``--quiet`` is given."""
+    if not is_quiet():
+        say(line)
+
+
+def is_quiet() -> bool:
+    """Return whether ``--quiet`` is given."""
+    return not _LOGGER.isEnabledFor(logging.INFO)
+
+
+def set_quiet(quiet: bool) -> None:
+    """Keep notes off stderr from now on, where ``--quiet`` is given."""
+    if quiet:
+        _LOGGER.setLevel(logging.WARNING)
+
+
 def one_line(error: BaseException) -> str:
     """Return an error's message as one line."""
     return " ".join(str(error).split()) or type(error).__name__
 
 
 @contextmanager
-def _notes(prog: str, *, quiet: bool) -> Iterator[None]:
-    """Show on stderr what the library notes meanwhile, such as that it compiles."""
-    logger, handler = logging.getLogger("rectmerge"), _ToStderr()
+def _notes(prog: str) -> Iterator[None]:
+    """Show on stderr the notes of the library meanwhile, such as that it compiles."""
+    handler = _ToStderr()
     handler.setFormatter(logging.Formatter(f"{prog}: %(message)s"))
-    before = logger.level
-    logger.addHandler(handler)
-    logger.setLevel(logging.WARNING if quiet else logging.INFO)
+    before = _LOGGER.level
+    _LOGGER.addHandler(handler)
+    _LOGGER.setLevel(logging.INFO)
     try:
         yield
     finally:
-        logger.removeHandler(handler)
-        logger.setLevel(before)
+        _LOGGER.removeHandler(handler)
+        _LOGGER.setLevel(before)
 
 
 class _ToStderr(logging.Handler):

@@ -1,8 +1,9 @@
-"""The options by which commands are given maps, or the answer about them, and how maps are read."""
+"""Options on maps and on how they are read, and the reading of maps by them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -38,45 +39,76 @@ DialectName = Annotated[
 Strict = Annotated[
     bool, typer.Option("--strict-thresholds", help="Obey a YAML whose free_thresh turns unknown space free.")
 ]
-Resolution = Annotated[float | None, typer.Option(metavar="M", help="Metres per cell, whatever the file tells.")]
+Resolution = Annotated[float | None, typer.Option(metavar="M", help="Metres per cell, whatever the file says.")]
 
 
-def name_maps(
-    maps: Sequence[tuple[Path, float | None]],
-    *,
-    greys: tuple[int | None, int | None, int | None],
-    dialect: str | None,
-    strict: bool,
-) -> list[Input]:
-    """Gather how maps are to be read: each with the resolution it was given, all with the greys of `inputs.GREYS`."""
-    from rectmerge.results.inputs import GREYS, Input
+@dataclass(frozen=True, kw_only=True)
+class MapOptions:
+    """Options on how maps are read."""
 
-    levels, known = dict(zip(GREYS, greys, strict=True)), _known_dialect(dialect)
-    for name, (_, resolution) in zip("ab", maps, strict=False):  # of a single map none is told
-        if resolution is not None and not 0 < resolution < float("inf"):
-            raise typer.BadParameter(f"{resolution} is no positive number of metres per cell: --resolution-{name}")
-    inputs = [
-        Input(given=str(path), path=path, greys=levels, dialect=known, strict=strict, resolution=resolution)
-        for path, resolution in maps
-    ]
-    if any(level is not None for level in greys) and not any(one.is_plain for one in inputs):
-        raise InputError("--free, --occupied and --unknown are for plain images; a YAML tells them by its thresholds")
-    return inputs
+    free: Grey = None
+    occupied: Grey = None
+    unknown: Grey = None
+    dialect: DialectName = None
+    strict_thresholds: Strict = False
+
+    def inputs(self, *maps: Path, resolutions: Sequence[float | None] = (None, None)) -> list[Input]:
+        """Return the maps with the way each is read, and its resolution where that is given.
+
+        Raises
+        ------
+        InputError
+            If grey levels are given but no map is a plain image.
+        """
+        from rectmerge.results.inputs import GREYS, Input
+
+        greys = (self.free, self.occupied, self.unknown)
+        dialect = _known_dialect(self.dialect)
+        for name, resolution in zip("ab", resolutions, strict=True):
+            if resolution is not None and not 0 < resolution < float("inf"):
+                raise typer.BadParameter(f"{resolution} is no positive number of metres per cell: --resolution-{name}")
+        inputs = [
+            Input(
+                given=str(path),
+                path=path,
+                greys=dict(zip(GREYS, greys, strict=True)),
+                dialect=dialect,
+                strict=self.strict_thresholds,
+                resolution=resolution,
+            )
+            for path, resolution in zip(maps, resolutions, strict=False)
+        ]
+        if any(level is not None for level in greys) and not any(map_input.is_plain for map_input in inputs):
+            raise InputError("--free, --occupied and --unknown are for plain images; a YAML has thresholds instead")
+        return inputs
 
 
-def files_of(inputs: Sequence[Input]) -> list[Path]:
+@dataclass(frozen=True, kw_only=True)
+class PairOptions(MapOptions):
+    """Options on how two maps are read."""
+
+    resolution_a: Resolution = None
+    resolution_b: Resolution = None
+
+    def pair(self, a: Path, b: Path) -> list[Input]:
+        """Return both maps with the way each is read."""
+        return self.inputs(a, b, resolutions=(self.resolution_a, self.resolution_b))
+
+
+def input_files(inputs: Sequence[Input]) -> list[Path]:
     """Return all files that maps are read from."""
     from rectmerge.io.map_file import map_files
 
-    return [file for one in inputs for file in map_files(one.path)]
+    return [file for map_input in inputs for file in map_files(map_input.path)]
 
 
-def read_maps(inputs: Sequence[Input], *, quiet: bool) -> list[OccupancyGrid]:
-    """Read the maps; say on stderr what was guessed about them, once all are read: of bad input there is one line."""
-    read = [one.read_noted() for one in inputs]
-    for note in () if quiet else [note for _, notes in read for note in notes]:
-        console.say(note)
-    return [grid for grid, _ in read]
+def read_maps(inputs: Sequence[Input]) -> list[OccupancyGrid]:
+    """Read the maps; note on stderr what was guessed about them, once all are read: bad input gives one line."""
+    maps = [map_input.read_noted() for map_input in inputs]
+    for _, notes in maps:
+        for note in notes:
+            console.note(note)
+    return [grid for grid, _ in maps]
 
 
 def _known_dialect(name: str | None) -> Dialect | None:

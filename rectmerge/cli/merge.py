@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,8 +11,9 @@ import typer
 from typer.core import TyperCommand
 
 from rectmerge.cli import console
-from rectmerge.cli.map_options import DialectName, Grey, MapA, MapB, Resolution, Strict
-from rectmerge.cli.method_options import Fields, MethodName, ScaleText, Seed
+from rectmerge.cli.app import Json
+from rectmerge.cli.map_options import MapA, MapB, PairOptions
+from rectmerge.cli.method_options import MethodOptions
 from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rectmerge.alignment import Alignment
+    from rectmerge.cli.placement_source import Placing
     from rectmerge.composing.compose import CellsOf, Rule
     from rectmerge.grid import OccupancyGrid
     from rectmerge.methods import Scale
@@ -70,33 +73,62 @@ class TwoMaps(TyperCommand):
             raise UsageError(f"{error.message}; {how}", ctx) from None
 
 
+@dataclass(frozen=True, kw_only=True)
+class PlacementOptions:
+    """Options by which a user says where map B lies."""
+
+    guess: GuessText = None
+    candidate: CandidateNumber = None
+    pixels: PixelsText = None
+    earlier: Earlier = None
+
+    def parse(self) -> Placing:
+        """Return what they say of the placement."""
+        from rectmerge.cli.placement_source import Placing, parse_guess, parse_pixels
+
+        return Placing(
+            guess=None if self.guess is None else parse_guess(self.guess),
+            pixels=None if self.pixels is None else parse_pixels(self.pixels),
+            earlier=self.earlier,
+            candidate=self.candidate,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputOptions:
+    """Options on the merged map."""
+
+    rule: RuleName = "occupied"
+    output_resolution: Cells = "a"
+
+    def parse(self) -> tuple[Rule, CellsOf | float]:
+        """Return the rule and the cells of the merged map."""
+        from rectmerge.composing.compose import RULES, parse_resolution
+
+        if self.rule not in RULES:
+            raise typer.BadParameter(f"{self.rule!r} is not one of {', '.join(RULES)}: --rule")
+        return self.rule, parse_resolution(self.output_resolution)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CertificateOptions:
+    """Options on the certificate of an accepted answer."""
+
+    certify: Certify = False
+    certify_seconds: CertifySeconds = 10.0
+
+
 def merge(
     a: MapA,
     b: MapB,
     output: Folder,
-    method: MethodName = None,
-    scale: ScaleText = "auto",
-    guess: GuessText = None,
-    candidate: CandidateNumber = None,
-    pixels: PixelsText = None,
-    earlier: Earlier = None,
-    rule: RuleName = "occupied",
-    output_resolution: Cells = "a",
-    seed: Seed = 0,
-    fields: Fields = None,
-    certify: Certify = False,
-    certify_seconds: CertifySeconds = 10.0,
+    solving: MethodOptions,
+    placing: PlacementOptions,
+    merging: OutputOptions,
+    certifying: CertificateOptions,
+    reading: PairOptions,
     force: Force = False,
-    json: console.Json = False,
-    resolution_a: Resolution = None,
-    resolution_b: Resolution = None,
-    free: Grey = None,
-    occupied: Grey = None,
-    unknown: Grey = None,
-    dialect: DialectName = None,
-    strict_thresholds: Strict = False,
-    quiet: console.Quiet = False,
-    debug: console.Debug = False,
+    json: Json = False,
 ) -> None:
     """Find how map B fits on map A and write the merged map, or say why not.
 
@@ -104,41 +136,35 @@ def merge(
     B by hand in the page of `rectmerge view` and pasting its numbers back. What is placed by hand or chosen is merged,
     and the reason says what the walls make of it.
     """
-    from rectmerge.cli.map_options import files_of, name_maps, read_maps
-    from rectmerge.cli.method_options import choose_method, parse_scale
-    from rectmerge.cli.placement_source import Placing, parse_guess, parse_pixels
+    from rectmerge.cli.map_options import input_files, read_maps
     from rectmerge.cli.summary import describe
-    from rectmerge.composing.compose import parse_resolution
     from rectmerge.composing.rules import SHADING
+    from rectmerge.io.json_text import to_json
     from rectmerge.io.map_file import has_shades
-    from rectmerge.results.folder import ResultFolder, to_json
+    from rectmerge.results.folder import ResultFolder
     from rectmerge.results.inputs import told_inputs
 
-    bounds, wins, cells = parse_scale(scale), _check_rule(rule), parse_resolution(output_resolution)
-    solver = choose_method(method, fields or [])
-    placing = Placing(
-        guess=None if guess is None else parse_guess(guess),
-        pixels=None if pixels is None else parse_pixels(pixels),
-        earlier=earlier,
-        candidate=candidate,
-    )
-    maps = [(a, resolution_a), (b, resolution_b)]
-    inputs = name_maps(maps, greys=(free, occupied, unknown), dialect=dialect, strict=strict_thresholds)
+    scale, (rule, cells), method = solving.parse_scale(), merging.parse(), solving.make_method()
+    placement = placing.parse()
+    inputs = reading.pair(a, b)
     folder = ResultFolder(output)
-    folder.check(files_of(inputs), force=force)
-    grid_a, grid_b = read_maps(inputs, quiet=quiet)
+    folder.check(input_files(inputs), force=force)
+    grid_a, grid_b = read_maps(inputs)
     if cells != "a" and grid_a.resolution is None:
-        raise InputError(f"{a}: its resolution is not known: tell --resolution-a, or keep --output-resolution a")
-    found = _with_quality(placing.answer(grid_a, grid_b, method=solver, scale=bounds, seed=seed), grid_a, grid_b)
-    pictures, merged = _results(found, grid_a, grid_b, wins, cells)
-    certificate = _certify(found, grid_a, grid_b, bounds, certify_seconds) if found and certify else None
-    told = lay_out(found, grid_a, grid_b) | {"inputs": told_inputs(output, *inputs, grids=(grid_a, grid_b))}
+        raise InputError(f"{a}: its resolution is not known: give --resolution-a, or keep --output-resolution a")
+    alignment = _with_quality(
+        placement.answer(grid_a, grid_b, method=method, scale=scale, seed=solving.seed), grid_a, grid_b
+    )
+    pictures, merged = _results(alignment, grid_a, grid_b, rule, cells)
+    is_certified = alignment and certifying.certify
+    certificate = _certify(alignment, grid_a, grid_b, scale, certifying.certify_seconds) if is_certified else None
+    record = lay_out(alignment, grid_a, grid_b) | {"inputs": told_inputs(output, *inputs, grids=(grid_a, grid_b))}
     if certificate is not None:
-        told["certificate"] = certificate.as_dict()
-    is_shaded = merged is not None and wins in SHADING and has_shades(merged)
-    files = folder.write(told, pictures, merged, shaded=is_shaded)
-    typer.echo(to_json(told) if json else describe(found, files, certificate, is_shaded=is_shaded))
-    raise typer.Exit(console.STATUS[found.verdict])
+        record["certificate"] = certificate.as_dict()
+    is_shaded = merged is not None and rule in SHADING and has_shades(merged)
+    files = folder.write(record, pictures, merged, shaded=is_shaded)
+    typer.echo(to_json(record) if json else describe(alignment, files, certificate, is_shaded=is_shaded))
+    raise typer.Exit(console.STATUS[alignment.verdict])
 
 
 def lay_out(found: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> dict[str, Any]:
@@ -149,14 +175,6 @@ def lay_out(found: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> dict[str, A
     for candidate, each in zip(found.candidates, told["candidates"], strict=True):
         each["shared"] = SharedArea.of(a, b, candidate.pixels).as_dict()
     return told
-
-
-def _check_rule(rule: str) -> Rule:
-    from rectmerge.composing.compose import RULES
-
-    if rule not in RULES:
-        raise typer.BadParameter(f"{rule!r} is not one of {', '.join(RULES)}: --rule")
-    return rule
 
 
 def _with_quality(found: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> Alignment:

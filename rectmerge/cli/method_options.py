@@ -1,9 +1,10 @@
-"""The options by which commands are told the method and the scale."""
+"""Options on the method, its fields, the scale and the seed."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
@@ -30,8 +31,26 @@ Seed = Annotated[int, typer.Option("--seed", min=0, help="Same maps and seed, sa
 Fields = Annotated[list[str] | None, typer.Option("--set", metavar="METHOD.FIELD=VALUE", help="Set a method's field.")]
 
 
+@dataclass(frozen=True, kw_only=True)
+class MethodOptions:
+    """Options on how map B is placed on map A."""
+
+    method: MethodName = None
+    scale: ScaleText = "auto"
+    seed: Seed = 0
+    fields: Fields = None
+
+    def make_method(self) -> Method:
+        """Return the method, with the fields that are set."""
+        return choose_method(self.method, self.fields or [])
+
+    def parse_scale(self) -> Scale:
+        """Return what is known of the scale."""
+        return parse_scale(self.scale)
+
+
 def parse_scale(text: str) -> Scale:
-    """Read what --scale says."""
+    """Parse the value of ``--scale``."""
     if text in ("auto", "free"):
         return cast("Scale", text)
     try:

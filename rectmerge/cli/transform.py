@@ -37,8 +37,6 @@ def transform(
         typer.Option(metavar="FILE", help="Points of map B, to be carried to map A: CSV, GeoJSON or nav2's YAML."),
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Where these go.")] = None,
-    quiet: console.Quiet = False,
-    debug: console.Debug = False,
 ) -> None:
     """Print where map B lies on map A as other programs take it: as a line for TF, a matrix, or a pose x y yaw.
 
@@ -50,7 +48,7 @@ def transform(
     says so, and there is no line for TF, which is in metres. Where the merge said no and no candidate is named, the
     status is that of the merge, 1 or 3.
     """
-    from rectmerge.io.image_file import replace_file
+    from rectmerge.io.atomic_file import replace_file
     from rectmerge.results.alignment_json import AnswerFile
     from rectmerge.transfer.points import carry_points
     from rectmerge.transfer.transform import FORMS as KNOWN
@@ -74,8 +72,8 @@ def transform(
     else:
         frame_a, frame_b = answer.named(parent, child)
         told = placed.line(known[form], parent=frame_a, child=frame_b) + "\n"
-    for note in () if quiet else _notes(placed, has_scale=points is not None or form == "matrix"):
-        console.say(f"rectmerge: {note}")
+    for note in _notes(placed, has_scale=points is not None or form == "matrix"):
+        console.note(f"rectmerge: {note}")
     if output is None:
         typer.echo(told, nl=False)
     else:
@@ -97,7 +95,7 @@ def _notes(placed: Placed, *, has_scale: bool) -> Iterator[str]:
 
 def _refuse(output: Path | None, points: Path, answer: AnswerFile) -> None:
     """Refuse to write over what the command reads, or what the merge wrote."""
-    from rectmerge.io.image_file import real, require_other
+    from rectmerge.io.atomic_file import real, require_other
     from rectmerge.results.folder import ResultFolder
 
     if output is None:

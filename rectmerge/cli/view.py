@@ -25,15 +25,13 @@ def view(
     a: Annotated[Path | None, typer.Option("--a", metavar="FILE", help="Map A, if it has moved since.")] = None,
     b: Annotated[Path | None, typer.Option("--b", metavar="FILE", help="Map B, if it has moved since.")] = None,
     open_page: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in a browser.")] = True,
-    quiet: console.Quiet = False,
-    debug: console.Debug = False,
 ) -> None:
     """Show an answer in a browser: both maps, the candidates, and map B to be placed by hand.
 
     The page is one file that needs no network. What is placed by hand it tells as options to paste back. stdout has
     the path of the page. The status is 0 whatever the verdict.
     """
-    from rectmerge.io.image_file import replace_file
+    from rectmerge.io.atomic_file import replace_file
     from rectmerge.results.alignment_json import AnswerFile
     from rectmerge.results.inputs import inputs_of
     from rectmerge.view.answer import ShownAnswer
@@ -46,8 +44,8 @@ def view(
     answer = ShownAnswer.of(file)
     inputs = inputs_of(file, a=a, b=b)
     grid_a, grid_b = (one.read() for one in inputs)
-    if not answer.fits(grid_a, grid_b) and not quiet:
-        console.say(f"rectmerge: {folder}: these are not the maps of the merge, or they have changed; merge again")
+    if not answer.fits(grid_a, grid_b):
+        console.note(f"rectmerge: {folder}: these are not the maps of the merge, or they have changed; merge again")
     replace_file(page, html(answer, inputs, grid_a, grid_b).encode())
     typer.echo(page)
     if open_page and _has_display():

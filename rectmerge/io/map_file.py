@@ -13,10 +13,11 @@ import yaml
 
 from rectmerge.errors import InputError, MapFileError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, unusable
+from rectmerge.io.atomic_file import replace_files
 from rectmerge.io.bag_file import bag_files, is_bag, read_bag_map
 from rectmerge.io.dialects import UNKNOWN_GREY, WHITE, Dialect, Legend, grey_levels, occupancy_table, read_cells
 from rectmerge.io.grey_levels import Levels, infer_levels
-from rectmerge.io.image_file import OPAQUE, WRITABLE, Pixels, encode_image, read_pixels, replace_files
+from rectmerge.io.image_file import OPAQUE, WRITABLE, Pixels, encode_image, read_pixels
 from rectmerge.io.map_yaml import read_header
 
 YAML_SUFFIXES = (".yaml", ".yml")

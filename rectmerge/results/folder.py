@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
-import math
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,13 +14,14 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
+from rectmerge.io.atomic_file import real, replace_files
 from rectmerge.io.dialects import Legend
-from rectmerge.io.image_file import encode_image, real, replace_files
+from rectmerge.io.image_file import encode_image
+from rectmerge.io.json_text import to_json
 from rectmerge.io.map_file import MAP_SAVERS, encode_map
 
 OWN = re.compile(r"alignment\.json|view\.html|overlay(_\d+)?\.png|conflict\.png|merged\.(yaml|pgm)")
 RAW = Legend(mode="raw")  # nav2 and ROS 1 read it alike and exactly; mode scale they grade differently
-INNERMOST_LIST = re.compile(r"\[\n[-+.\w\s,]*\n\s*\]")  # of numbers: shown on one line
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,22 +119,3 @@ class ResultFolder:
 
 def _is_folder(path: Path) -> bool:
     return path.is_dir() and not path.is_symlink()  # a link to one is only a name, and is replaced
-
-
-def to_json(data: object) -> str:
-    """Return plain data as JSON that every program reads: what is not a finite number becomes null."""
-    text = json.dumps(plain(data), indent=2, allow_nan=False)
-    return INNERMOST_LIST.sub(lambda found: " ".join(found[0].split()).replace("[ ", "[").replace(" ]", "]"), text)
-
-
-def plain(value: Any) -> Any:
-    """Turn what methods and pairs carry into plain data for JSON; a number that is not finite becomes None."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(inner) for key, inner in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
-    if isinstance(value, list | tuple | set | frozenset):
-        return [plain(inner) for inner in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, str | int) else str(value)

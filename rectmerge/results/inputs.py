@@ -10,9 +10,9 @@ from typing import Any
 
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
+from rectmerge.io.atomic_file import real
 from rectmerge.io.bag_file import is_bag, split_bag
 from rectmerge.io.dialects import DIALECTS, Dialect
-from rectmerge.io.image_file import real
 from rectmerge.io.map_file import is_yaml, read_image, read_map
 from rectmerge.results.alignment_json import AnswerFile
 

@@ -6,7 +6,7 @@ import json
 from importlib.resources import files
 from typing import Any
 
-from rectmerge.results.folder import plain
+from rectmerge.io.json_text import plain
 
 
 def text_of(name: str, package: str = "rectmerge.view") -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from rectmerge.alignment import Alignment, Method
 from rectmerge.grid import pixels_to_map_frame
-from rectmerge.results.folder import to_json
+from rectmerge.io.json_text import to_json
 from scenarios.bench.asking import TimedAnswer, ask_within
 from scenarios.bench.contenders import Contender
 from scenarios.bench.external_program import MATRIX

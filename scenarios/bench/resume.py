@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
-from rectmerge.results.folder import plain
+from rectmerge.io.json_text import plain
 from scenarios.execution.journal import Journal
 from scenarios.scoring.row import Row
 

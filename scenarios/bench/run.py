@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from rectmerge.errors import InputError
-from rectmerge.io.image_file import replace_file
-from rectmerge.results.folder import plain
+from rectmerge.io.atomic_file import replace_file
+from rectmerge.io.json_text import plain
 from scenarios.bench.contenders import Contender
 from scenarios.bench.plan import RunPlan
 from scenarios.bench.resume import MACHINE, RECORD, RESULTS, SUMMARY, Results, open_results, read_row_file

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rectmerge.cli import console
-from rectmerge.cli.console import Debug, Quiet
 from rectmerge.errors import InputError
 from scenarios.execution.terminal import progress
 
@@ -37,8 +36,6 @@ def carmen(
     ] = "auto",
     every: Annotated[int, typer.Option(min=1, metavar="N", help="Keep every N-th scan only.")] = 1,
     force: Annotated[bool, typer.Option("--force", help="Clear an earlier result in the folder first.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Make a map of a CARMEN log (FLASER, ROBOTLASER1, ODOM), or with --pairs a data set of pairs with their truth.
 
@@ -59,7 +56,7 @@ def carmen(
         raise InputError(f"{next(iter(given))} says how pairs are made: give --pairs N too")
     choice = pose_choice(poses)
     read = read_carmen(log, every=every)
-    with progress(len(read.times), quiet) as advance:
+    with progress(len(read.times)) as advance:
         seen = survey(read, poses=choice, on_scan=lambda scans: advance(scans, "scans"))
     if pairs is None:
         _write_map(seen, output, resolution=resolution, force=force)
@@ -68,7 +65,7 @@ def carmen(
     options = " ".join(f"{name} {value}" for name, value in values.items())
     command = f"rectbench carmen {log.name} -o DATASET {options} --poses {poses}"
     suite = _suite(log, seen, pairs=pairs, cut=cut, shared=shared, resolution=(resolution, resolution_b), seed=seed)
-    _write_pairs(suite, output, force=force, quiet=quiet, command=command)
+    _write_pairs(suite, output, force=force, command=command)
 
 
 def _write_map(seen: Survey, output: Path, *, resolution: float, force: bool) -> None:
@@ -107,11 +104,11 @@ def _suite(
     )
 
 
-def _write_pairs(suite: CarmenSuite, output: Path, *, force: bool, quiet: bool, command: str) -> None:
+def _write_pairs(suite: CarmenSuite, output: Path, *, force: bool, command: str) -> None:
     from scenarios.dataset.generate import generate, summary_text
 
     try:
-        with progress(suite.pairs, quiet) as advance:
+        with progress(suite.pairs) as advance:
             info = generate(
                 suite,
                 output,

@@ -7,12 +7,11 @@ from typing import Annotated
 
 import typer
 
-from rectmerge.cli.console import Debug, Quiet
 from rectmerge.errors import InputError
 from scenarios.execution.terminal import table
 
 
-def suites(quiet: Quiet = False, debug: Debug = False) -> None:
+def suites() -> None:
     """List the suites that come with the package."""
     from scenarios.suites.suite import load_suite, suite_names
 
@@ -29,8 +28,6 @@ def worlds(
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="PICTURE.png", help="The picture.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Which building of a family; 0 unless given.")] = None,
     resolution: Annotated[float | None, typer.Option(metavar="M_PER_PIXEL", help="Where a file tells none.")] = None,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """List the families of buildings that can be simulated, or draw a building of one, or what a file holds.
 

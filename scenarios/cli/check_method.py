@@ -7,7 +7,6 @@ from typing import Annotated
 import typer
 
 from rectmerge.cli import console
-from rectmerge.cli.console import Debug, Quiet
 from rectmerge.errors import InputError
 from scenarios.execution.terminal import progress
 
@@ -17,8 +16,6 @@ def check_method(
     method_command: Annotated[
         str | None, typer.Option(metavar="'PROG {a} {b}'", help="A program of any language as a method.")
     ] = None,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Put a method to six easy pairs of maps, twice each, and name what is wrong with it.
 
@@ -34,7 +31,7 @@ def check_method(
     if (name is None) == (method_command is None):
         raise InputError("name a registered method, or give a program by --method-command")
     method = make_method(name) if name is not None else Program(command=method_command or "")
-    with progress(len(VIEWS), quiet) as advance:
+    with progress(len(VIEWS)) as advance:
         checked = check(name or "command", method, on_answer=lambda pair: advance(1, pair))
     typer.echo(checked.as_text())
     raise typer.Exit(console.NO if checked.complaints else console.YES)

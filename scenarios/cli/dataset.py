@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from rectmerge.cli import console
-from rectmerge.cli.console import Debug, Quiet
 from rectmerge.errors import InputError
 from rectmerge.extras import SIMULATOR, require_extras
 from scenarios.execution.terminal import progress
@@ -32,8 +31,6 @@ def generate(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Clear another data set in the folder first.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print dataset_info.json without its checksums.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Make a data set of a suite: maps, truth, buildings, checksums and a card.
 
@@ -54,7 +51,7 @@ def generate(
         generate_suite, suite, output, pairs=pairs, seed=seed, form=cast("Form", form), force=force
     )
     try:
-        with workplace(workers or 1, cluster) as (executor, in_flight), progress(total, quiet) as advance:
+        with workplace(workers or 1, cluster) as (executor, in_flight), progress(total) as advance:
             info = making(executor=executor, in_flight=in_flight, on_done=lambda count: advance(count, "pairs"))
     except KeyboardInterrupt:
         console.say(f"{output}: what was made is kept; the same command (without --force) goes on")
@@ -65,8 +62,6 @@ def generate(
 
 def verify(
     dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A data set's folder.")],
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Recompute a data set's checksums, truth and overlaps, and say what is wrong with file and line.
 
@@ -76,7 +71,7 @@ def verify(
     from scenarios.dataset.verify import row_count
     from scenarios.dataset.verify import verify as check
 
-    with progress(row_count(dataset), quiet) as advance:
+    with progress(row_count(dataset)) as advance:
         verdict = check(dataset, on_pair=lambda: advance(1, "pairs"))
     for note in verdict.notes:
         console.say(note)
@@ -91,13 +86,11 @@ def certify(
     dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A data set's folder.")],
     seconds: Annotated[float, typer.Option(min=0.1, metavar="S", help="Time for each certificate.")] = 10.0,
     every: Annotated[int, typer.Option(min=1, help="Take every so many-th pair only.")] = 1,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Tell which of the pairs that the default method accepts it can certify, as `rectmerge merge --certify` does."""
     from scenarios.dataset.certify import certificate_table, certify_dataset
     from scenarios.dataset.verify import row_count
 
-    with progress(-(-row_count(dataset) // every), quiet) as advance:
+    with progress(-(-row_count(dataset) // every)) as advance:
         found = certify_dataset(dataset, every=every, seconds=seconds, on_pair=lambda: advance(1, "pairs"))
     typer.echo(certificate_table(found))

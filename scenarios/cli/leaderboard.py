@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rectmerge.cli import console
-from rectmerge.cli.console import Debug, Quiet
 from rectmerge.extras import SIMULATOR, require_extras
 from scenarios.execution.terminal import progress, resume_callback, row_callback
 
@@ -27,8 +26,6 @@ def tune(
     every: Annotated[int, typer.Option(min=1, help="Take every so many-th pair only.")] = 1,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
     force: Annotated[bool, typer.Option("--force", help="Clear an earlier run in the folder first.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Tune the methods of the leaderboard, all with one budget, and print what scenarios/bench/tuned.toml takes.
 
@@ -51,7 +48,7 @@ def tune(
     entries = [entry for _, configurations in searches for entry in configurations]
     contenders = make_contenders([entry.label for entry in entries], entries)
     plan = RunPlan(suite=dataset_name(dataset), sources=sources, contenders=contenders)
-    _run(plan, output, workers=workers, quiet=quiet, force=force)
+    _run(plan, output, workers=workers, force=force)
     rows = read_rows(output)
     table = as_table([tuned_contender(entrant, configurations, rows) for entrant, configurations in searches])
     typer.echo(tomli_w.dumps(table))
@@ -64,8 +61,6 @@ def report(
         Path | None, typer.Option(metavar="FILE.tex", help="The leaderboards as LaTeX tables, too.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier report.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Write finished runs as one page: leaderboard, charts, and a gallery of every pair. It needs no network."""
     from scenarios.report.page import write_report
@@ -83,15 +78,13 @@ def leaderboard(
         list[str] | None, typer.Option("--suite", help="A simulated suite, in place of all; may be repeated.")
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Put everybody to the leaderboard's suites and write README.md and report.html; a long run that can be resumed.
 
     DIR gets sets/ and runs/ as well, which are taken up again where an earlier command left them; a finished data set
     stays as it is, whatever version made it. Without MAPS there are no real pairs.
     """
-    from rectmerge.io.image_file import replace_file
+    from rectmerge.io.atomic_file import replace_file
     from scenarios.dataset.writer import finished_info
     from scenarios.leaderboard.page import page
     from scenarios.leaderboard.plans import RUNS, SUITES, stages
@@ -104,10 +97,10 @@ def leaderboard(
         folder = output / RUNS / stage.run_name
         if stage.is_simulated and not finished_info(stage.folder):
             console.say(f"{stage.folder}: the data set")
-            _generate(stage.name, stage.folder, workers=workers, quiet=quiet)
+            _generate(stage.name, stage.folder, workers=workers)
         console.say(f"{folder}: all entrants on it")
         command = f"rectbench leaderboard, {stage.run_name}"
-        _run(stage.plan(), folder, workers=workers, quiet=quiet, command=command)
+        _run(stage.plan(), folder, workers=workers, command=command)
         folders.append(folder)
     replace_file(output / "README.md", page(Runs.read(folders)).encode())
     write_report(folders, output / "report.html", force=True)
@@ -118,8 +111,6 @@ def growth(
     measured: Annotated[Path, typer.Argument(metavar="BENCH.json", help="What bench_growth.py measured.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the page and the plot.")],
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier page in the folder.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Lay out how the cost of methods grows with the size of the maps, from a run of tests/bench/bench_growth.py."""
     from scenarios.leaderboard.growth import write_growth
@@ -128,7 +119,7 @@ def growth(
     typer.echo(f"written: {output}")
 
 
-def _generate(suite: str, output: Path, *, workers: int, quiet: bool) -> None:
+def _generate(suite: str, output: Path, *, workers: int) -> None:
     """Make the data set of a suite, with progress."""
     from scenarios.dataset.generate import generate, plan
     from scenarios.execution.executors import workplace
@@ -136,24 +127,22 @@ def _generate(suite: str, output: Path, *, workers: int, quiet: bool) -> None:
 
     made = load_suite(suite)
     total = sum(job.count for job in plan(made))
-    with workplace(workers, None) as (executor, in_flight), progress(total, quiet) as advance:
+    with workplace(workers, None) as (executor, in_flight), progress(total) as advance:
         on_done = functools.partial(advance, word="pairs")
         generate(made, output, executor=executor, in_flight=in_flight, on_done=on_done)
 
 
-def _run(plan: RunPlan, output: Path, *, workers: int, quiet: bool, force: bool = False, command: str = "") -> None:
+def _run(plan: RunPlan, output: Path, *, workers: int, force: bool = False, command: str = "") -> None:
     """Run a plan, with progress."""
     from scenarios.bench.run import Execution, RunCallbacks, run
     from scenarios.execution.executors import workplace
 
-    with progress(plan.row_count, quiet) as advance, workplace(workers, None) as (executor, in_flight):
+    with progress(plan.row_count) as advance, workplace(workers, None) as (executor, in_flight):
         run(
             plan,
             output,
             execution=Execution(executor=executor, in_flight=in_flight),
-            callbacks=RunCallbacks(
-                on_start=resume_callback(advance, plan.row_count, quiet), on_rows=row_callback(advance)
-            ),
+            callbacks=RunCallbacks(on_start=resume_callback(advance, plan.row_count), on_rows=row_callback(advance)),
             force=force,
             command=command,
         )

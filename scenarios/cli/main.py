@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-import typer
-
 from rectmerge.cli import console
-from rectmerge.cli.console import Version
+from rectmerge.cli.app import App
 from scenarios.cli import carmen, catalogue, check_method, dataset, leaderboard, pictures, run, studies
 
-app = typer.Typer(
-    help="Benchmark map merging on simulated and real pairs with known truth.",
-    context_settings=console.SETTINGS,
-    no_args_is_help=True,
-    add_completion=True,
-    pretty_exceptions_enable=False,
-)
+app = App("Benchmark map merging on simulated and real pairs with known truth.")
 COMMANDS = (  # in the order of the help
     run.run,
     dataset.generate,
@@ -40,11 +32,6 @@ COMMANDS = (  # in the order of the help
 )
 for command in COMMANDS:
     app.command()(command)
-
-
-@app.callback()
-def rectbench(version: Version = False) -> None:
-    """Benchmark map merging on simulated and real pairs with known truth."""
 
 
 def main() -> None:

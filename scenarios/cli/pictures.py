@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from rectmerge.cli import console
-from rectmerge.cli.console import Debug, Quiet
 from rectmerge.extras import SIMULATOR, require_extras
 from scenarios.execution.terminal import table
 
@@ -18,8 +17,6 @@ def demo(
         "demo"
     ),
     force: Annotated[bool, typer.Option("--force", help="Clear an earlier demo in the folder first.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Show the main job whole: simulate two robots, build their maps, merge, score, draw.
 
@@ -28,7 +25,7 @@ def demo(
     from scenarios.gallery.demo import run_demo
 
     require_extras(*SIMULATOR)
-    shown = run_demo(output, force=force, say=(lambda line: None) if quiet else console.say)
+    shown = run_demo(output, force=force, say=console.note)
     typer.echo(table(*shown.table()))
     typer.echo(f"pictures: {output / 'demo.png'} and {len(shown.pictures) - 1} more in {output}")
     typer.echo(f"the mission's data: {output / 'mission'}")
@@ -37,26 +34,22 @@ def demo(
 def explain(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the pictures.")],
     force: Annotated[bool, typer.Option("--force", help="Replace earlier pictures in the folder.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Draw what the default method does with two simulated pairs: the pictures of docs/how-it-works.md."""
     from scenarios.gallery.how_it_works import explain
 
     require_extras(*SIMULATOR)
-    written = explain(output, force=force, say=(lambda line: None) if quiet else console.say)
+    written = explain(output, force=force, say=console.note)
     typer.echo(f"written: {len(written)} pictures in {output}")
 
 
 def figures(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the figures.")],
     force: Annotated[bool, typer.Option("--force", help="Replace earlier figures in the folder.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Draw counterparts of the paper's figures 2 to 12 and Table I: those of docs/the-papers-method.md."""
     from scenarios.gallery.paper_figures import write_figures
 
     require_extras(*SIMULATOR)
-    written = write_figures(output, force=force, say=(lambda line: None) if quiet else console.say)
+    written = write_figures(output, force=force, say=console.note)
     typer.echo(f"written: {len(written)} files in {output}")

@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from rectmerge.cli import console
-from rectmerge.cli.console import Debug, Quiet
 from rectmerge.errors import InputError
 from rectmerge.extras import SIMULATOR, require_extras
 from scenarios.execution.terminal import progress, resume_callback, row_callback, summary_table
@@ -45,8 +44,6 @@ def run(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Clear an earlier run in the folder first.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Put methods to every pair of a suite or a data set and score the answers.
 
@@ -61,7 +58,7 @@ def run(
     With --known-scale the methods are told how many cells of A a cell of B is: the true number, and of two places the
     ratio of the resolutions. Programs get it for {scale}.
     """
-    from rectmerge.results.folder import to_json
+    from rectmerge.io.json_text import to_json
     from scenarios.bench.plan import plan_run
     from scenarios.bench.run import Execution, RunCallbacks
     from scenarios.bench.run import run as run_plan
@@ -74,13 +71,13 @@ def run(
     require_extras(*(() if Path(target).is_dir() else SIMULATOR), "tomli_w")
     plan = plan_run(target, method or [], settings or [], method_command or [], knows_scale=known_scale, seed=seed)
     try:
-        with progress(plan.row_count, quiet) as advance, workplace(workers or 1, cluster) as (executor, in_flight):
+        with progress(plan.row_count) as advance, workplace(workers or 1, cluster) as (executor, in_flight):
             summary = run_plan(
                 plan,
                 output,
                 execution=Execution(executor=executor, in_flight=in_flight, limits=limits),
                 callbacks=RunCallbacks(
-                    on_start=resume_callback(advance, plan.row_count, quiet), on_rows=row_callback(advance)
+                    on_start=resume_callback(advance, plan.row_count), on_rows=row_callback(advance)
                 ),
                 force=force,
                 command=f"rectbench {shlex.join(sys.argv[1:])}",
@@ -99,8 +96,6 @@ def run(
 def compare(
     run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A finished run's folder, or its results.jsonl.")],
     baseline: Annotated[Path, typer.Argument(metavar="BASELINE", help="An earlier run on the same pairs.")],
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Print how a run differs from another on the same pairs, as Markdown for a pull request.
 

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from rectmerge.cli.console import Debug, Quiet
 from rectmerge.extras import SIMULATOR, require_extras
 from scenarios.execution.terminal import progress, row_callback
 
@@ -16,8 +15,6 @@ def calibrate(
     runs: Annotated[
         list[Path], typer.Argument(metavar="RUN...", help="Runs of `robust` with --set robust.candidates=20.")
     ],
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Fit the confidence of `robust` to the split train and print the numbers for rectmerge/robust/confidence_model.py.
 
@@ -34,8 +31,6 @@ def trust(
         list[Path], typer.Argument(metavar="RUN...", help="Finished runs of the suites trust, repetitive, standard.")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.md", help="Where the page goes.")],
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Write what the verdict of `robust` is worth on the split test of finished runs: rates, calibration, failures."""
     from scenarios.studies.trust import write_page
@@ -47,8 +42,6 @@ def trust(
 def headline(
     run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A finished run of the suite headline.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.md", help="Where the report goes.")],
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Write the five marks of the paper's experiment, rebuilt, and its trace, from a run of the suite headline."""
     from scenarios.studies.headline import write_report
@@ -65,8 +58,6 @@ def results(
         Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the page and the baseline.")
     ],
     force: Annotated[bool, typer.Option("--force", help="Replace earlier results in the folder.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Run the default method on real and simulated pairs and write what it reached, and what each stage earns.
 
@@ -76,7 +67,7 @@ def results(
 
     require_extras(*SIMULATOR, "tomli_w")
     plan = Plan.of(maps)
-    with progress(plan.rows, quiet) as advance:
+    with progress(plan.rows) as advance:
         write_results(plan, output, force=force, on_rows=row_callback(advance))
     typer.echo(f"written: {output}")
 
@@ -91,15 +82,13 @@ def realism(
     pairs: Annotated[int, typer.Option(min=1, help="Missions to run, one pair each.")] = 200,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier page in the folder.")] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
 ) -> None:
     """Simulate pairs of every kind and set what they are like beside real pairs: README.md and sheet.png."""
     from scenarios.execution.executors import local_workers
     from scenarios.studies.realism import Finding, write_realism
 
     require_extras(*SIMULATOR)
-    with local_workers(workers) as executor, progress(pairs, quiet) as advance:
+    with local_workers(workers) as executor, progress(pairs) as advance:
 
         def on_done(finding: Finding) -> None:
             advance(1, finding.kind)

@@ -12,7 +12,7 @@ from typing import Any, Literal, Protocol, get_args
 
 from rectmerge.errors import InputError
 from rectmerge.extras import require_extras
-from rectmerge.results.folder import to_json
+from rectmerge.io.json_text import to_json
 from scenarios.dataset.packing import Explorer, Package, make_within
 from scenarios.dataset.writer import DataSetWriter, finished_info
 from scenarios.execution.executors import IN_FLIGHT, WorkerDiedError, completed, describe_machine

@@ -17,8 +17,8 @@ from PIL import Image
 from rectmerge.errors import InputError, MapFileError, SimulationError
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.io.grey_levels import infer_levels
+from rectmerge.io.json_text import plain
 from rectmerge.io.map_file import encode_map
-from rectmerge.results.folder import plain
 from scenarios.dataset.reader import SPLITS
 from scenarios.dataset.rosbag import encode_bag
 from scenarios.execution.attempt import Attempt, attempt

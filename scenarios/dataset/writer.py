@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Any, NamedTuple
 
 from rectmerge.errors import InputError
-from rectmerge.io.image_file import replace_file
+from rectmerge.io.atomic_file import replace_file
 from scenarios.dataset.card import CARD, PICTURE, card, picture
 from scenarios.dataset.columns import Columns
 from scenarios.dataset.metadata import METADATA

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from rectmerge.errors import InputError
-from rectmerge.io.image_file import replace_file
-from rectmerge.results.folder import to_json
+from rectmerge.io.atomic_file import replace_file
+from rectmerge.io.json_text import to_json
 
 
 def clear_folder(out: str | Path, names: Sequence[str], *, force: bool) -> Path:

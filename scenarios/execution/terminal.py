@@ -32,7 +32,7 @@ and unidentifiable ones, on which ambiguous is the right answer."""
 
 
 @contextmanager
-def progress(total: int, quiet: bool) -> Iterator[Advance]:
+def progress(total: int) -> Iterator[Advance]:
     """Show count, speed and remaining time on stderr if that is a terminal."""
     from rich.console import Console
     from rich.progress import (
@@ -47,7 +47,7 @@ def progress(total: int, quiet: bool) -> Iterator[Advance]:
     screen = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"))
     times = (TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
-    off = quiet or not screen.is_terminal
+    off = console.is_quiet() or not screen.is_terminal
     with Progress(*columns, *times, console=screen, disable=off, speed_estimate_period=SPEED_OVER_S) as bars:
         task = bars.add_task("starting", total=total, rate="")
 
@@ -62,14 +62,13 @@ def progress(total: int, quiet: bool) -> Iterator[Advance]:
         yield advance
 
 
-def resume_callback(advance: Advance, total: int, quiet: bool) -> Callable[[int], None]:
+def resume_callback(advance: Advance, total: int) -> Callable[[int], None]:
     """Return a callback that announces the rows of an earlier command."""
 
     def on_start(done: int) -> None:
         if done:
             what = "nothing is left to do" if done >= total else f"going on after {done} of {total} rows"
-            if not quiet:
-                console.say(f"rectbench: {what}")
+            console.note(f"rectbench: {what}")
             advance(done, "going on", before=True)
 
     return on_start

@@ -17,7 +17,8 @@ from rectmerge.drawing.maps import draw_map, draw_rectangles, side_by_side
 from rectmerge.drawing.overlay import draw_overlay
 from rectmerge.errors import SimulationError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.io.image_file import encode_image, replace_file
+from rectmerge.io.atomic_file import replace_file
+from rectmerge.io.image_file import encode_image
 from rectmerge.paper.rmap import rmap
 from rectmerge.rectangles import Rectangle
 from scenarios.bench.asking import TimedAnswer, ask

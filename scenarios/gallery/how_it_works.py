@@ -17,7 +17,7 @@ from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.analysis.wall_faces import QUARTER, WallFaces
 from rectmerge.drawing.maps import draw_map, side_by_side, with_legend
 from rectmerge.errors import SimulationError
-from rectmerge.io.image_file import replace_file
+from rectmerge.io.atomic_file import replace_file
 from rectmerge.methods import align
 from rectmerge.robust.correlation import correlate
 from rectmerge.robust.face_score import FaceScore

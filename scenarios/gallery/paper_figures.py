@@ -23,7 +23,7 @@ from rectmerge.drawing.maps import (
 from rectmerge.drawing.overlay import draw_overlay
 from rectmerge.errors import SimulationError
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
-from rectmerge.io.image_file import replace_file
+from rectmerge.io.atomic_file import replace_file
 from rectmerge.methods import FREE_SCALE
 from rectmerge.paper.edges import largest_neighbours
 from rectmerge.paper.iteration import Pass, overlay

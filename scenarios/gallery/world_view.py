@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, SimulationError
-from rectmerge.io.image_file import encode_image, replace_file
+from rectmerge.io.atomic_file import replace_file
+from rectmerge.io.image_file import encode_image
 from rectmerge.io.map_file import map_files
 from sim.bullet import physics
 from sim.floorplans import FAMILIES, WorldSpec, families, make_world

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from rectmerge.errors import InputError
-from rectmerge.io.image_file import replace_file
+from rectmerge.io.atomic_file import replace_file
 from scenarios.execution.files import clear_folder
 from scenarios.report.charts import COLOURS, MARKERS
 from scenarios.studies.headline import markdown

@@ -8,7 +8,7 @@ from typing import Any
 
 from rectmerge.errors import InputError
 from rectmerge.extras import require_extras
-from rectmerge.io.image_file import replace_file
+from rectmerge.io.atomic_file import replace_file
 from rectmerge.view.embedding import as_script, text_of
 from scenarios.report import charts, merged_quality
 from scenarios.report.gallery import gallery

@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 
 from rectmerge.errors import InputError
-from rectmerge.io.image_file import replace_file
+from rectmerge.io.atomic_file import replace_file
 from rectmerge.methods import make_method
 from scenarios.bench import run as bench
 from scenarios.bench.contenders import Contender

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from rectmerge.errors import InputError
-from rectmerge.io.image_file import replace_file
+from rectmerge.io.atomic_file import replace_file
 from scenarios.bench.run import read_rows
 from scenarios.scoring.row import Row
 from scenarios.scoring.statistics import clustered_rate

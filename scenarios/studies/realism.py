@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rectmerge.analysis.quality import measure_quality
 from rectmerge.errors import RectMergeError, SimulationError
-from rectmerge.io.image_file import replace_file
+from rectmerge.io.atomic_file import replace_file
 from scenarios.dataset.contact_sheet import contact_sheet, paletted_png
 from scenarios.dataset.reader import open_dataset
 from scenarios.execution.attempt import peak_memory_mb

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
-from rectmerge.io.image_file import replace_file
+from rectmerge.io.atomic_file import replace_file
 from scenarios.bench.run import read_rows
 from scenarios.scoring.row import Row
 from scenarios.scoring.statistics import clustered_rate

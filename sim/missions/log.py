@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, SimulationError
-from rectmerge.io.image_file import replace_file
+from rectmerge.io.atomic_file import replace_file
 from sim.missions.spec import MissionSpec
 from sim.motion.coverage import FINE_M, SeenFloor, all_cuts, least_area_m2
 from sim.motion.driving import drivable

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
-from rectmerge.io.image_file import replace_file
+from rectmerge.io.atomic_file import replace_file
 
 HEADER = "# timestamp tx ty tz qx qy qz qw\n"
 

@@ -8,6 +8,7 @@ import typer
 
 from rectmerge import __version__
 from rectmerge.cli import console
+from rectmerge.cli.app import App
 from rectmerge.errors import MapFileError
 
 ENDS = {
@@ -29,15 +30,15 @@ def logs(tmp_path, monkeypatch):
 
 
 def app_that(end: BaseException | None) -> typer.Typer:
-    app = typer.Typer()
-
-    @app.callback()
-    def common(version: console.Version = False) -> None: ...
+    app = App("Go.")
 
     @app.command()
-    def go(debug: console.Debug = False, quiet: console.Quiet = False) -> None:
+    def go() -> None:
         if end is not None:
             raise end
+
+    @app.command()
+    def stay() -> None: ...
 
     return app
 
@@ -65,9 +66,10 @@ def test_a_bug_is_one_line_and_a_log_with_the_traceback(capsys, logs):
     assert "Traceback" in log.read_text()
 
 
+@pytest.mark.parametrize("words", [["go", "--debug"], ["--debug", "go"]])
 @pytest.mark.parametrize("case", ["known error", "bug"])
-def test_debug_shows_the_traceback(capsys, case):
-    console.run(app_that(ENDS[case][0]), "tool", ["go", "--debug"])
+def test_debug_shows_the_traceback(capsys, case, words):
+    console.run(app_that(ENDS[case][0]), "tool", words)
 
     assert "Traceback" in capsys.readouterr().err
 
@@ -89,12 +91,15 @@ def test_bad_use_shows_the_usage(capsys):
     assert "Usage" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("words", "shown"), [([], "tool: compiling ...\n"), (["--quiet"], ""), (["-q"], "")])
-def test_what_the_library_notes_goes_to_stderr_unless_quiet(capsys, words, shown):
-    app = typer.Typer()
+QUIET = [["go", "--quiet"], ["go", "-q"], ["--quiet", "go"], ["-q", "go"]]
 
-    @app.command()
-    def go(quiet: console.Quiet = False) -> None:
+
+@pytest.mark.parametrize(("words", "shown"), [(["go"], "tool: compiling ...\n"), *((words, "") for words in QUIET)])
+def test_what_the_library_notes_goes_to_stderr_unless_quiet(capsys, words, shown):
+    app = app_that(None)
+
+    @app.command("go")
+    def compile_kernels() -> None:
         logging.getLogger("rectmerge.some.module").info("compiling ...")
 
     console.run(app, "tool", words)
