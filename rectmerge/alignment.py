@@ -1,4 +1,4 @@
-"""What an alignment is: a verdict, its reason, and the candidates with their evidence; and what a method is."""
+"""Alignment of two maps: verdict, reason and candidates with their evidence; and the interface of a method."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SCHEMA = "rectmerge.alignment/1"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Candidate:
-    """One placement of B on A, with what speaks for it.
+    """Placement of B on A, with its evidence.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Candidate:
         Shape (4, 4) over (angle, ln scale, tx, ty) about the centroid of the overlap, in A's map frame; None where
         the method has none.
     evidence
-        What the method measured for this placement, by name.
+        Measurements of the method for this placement, by name.
     """
 
     b_to_a: Similarity
@@ -59,7 +59,7 @@ class Candidate:
         covariance: NDArray[np.float64] | None = None,
         evidence: Mapping[str, float] | None = None,
     ) -> Candidate:
-        """Make a candidate from its pixel similarity; how the maps agree under it is measured unless given."""
+        """Make a candidate from its pixel similarity; the agreement of the maps is measured unless given."""
         agreement = agreement or measure_agreement(a, b, pixels)
         return cls(
             b_to_a=pixels_to_map_frame(pixels, a, b),
@@ -86,7 +86,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScaleReport:
-    """The pixel scale (cells of A per cell of B): found, expected from the resolutions, and where bounds came from."""
+    """Pixel scale (cells of A per cell of B): found, expected from the resolutions, and the source of its bounds."""
 
     found: float | None = None
     expected: float | None = None
@@ -95,7 +95,7 @@ class ScaleReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Alignment:
-    """The answer to "how does B fit on A": truthy only when it is accepted.
+    """Alignment of map B with map A; truthy only when it is accepted.
 
     Parameters
     ----------
@@ -112,11 +112,11 @@ class Alignment:
     unit
         Unit of A's map frame, "m" or "cells".
     scale
-        What is known of the pixel scale.
+        The pixel scale.
     quality
         The accuracy of each map as the method measured it, by map ("a", "b") and by name.
     trace
-        What the method did on its way, for reports: plain data.
+        Steps of the method, for reports: plain data.
     seconds
         Wall time.
     """
@@ -146,9 +146,9 @@ class Alignment:
         return self.candidates[0].pixels if self else None
 
     def headline(self, number: int = 1) -> str:
-        """Tell the verdict and the confidence in a candidate, 1 being the best, in one line for a picture."""
-        which = "" if self else f": candidate {number} of {len(self.candidates)}"
-        return f"{self.verdict}{which}, confidence {self.candidates[number - 1].confidence:.2f}"
+        """Return the verdict and the confidence in a candidate, 1 being the best, as the title of a picture."""
+        candidate = "" if self else f": candidate {number} of {len(self.candidates)}"
+        return f"{self.verdict}{candidate}, confidence {self.candidates[number - 1].confidence:.2f}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain data for JSON: the content of ``alignment.json``."""
@@ -171,7 +171,7 @@ class Alignment:
 
 
 def right_resolutions(a: float, b: float, ratio: float) -> str:
-    """Tell what either resolution would be, were it the wrong one, where maps fit at `ratio` times what both tell.
+    """Name the right value of either resolution where maps fit at `ratio` times the scale that both give.
 
     Examples
     --------
@@ -182,7 +182,7 @@ def right_resolutions(a: float, b: float, ratio: float) -> str:
 
 
 class Method(Protocol):
-    """A way to align two maps: a frozen dataclass with a name, its parameters as fields, and `align`."""
+    """Method to align two maps: a frozen dataclass with a name, its parameters as fields, and `align`."""
 
     @property
     def name(self) -> str:

@@ -1,42 +1,42 @@
-"""Everything rectmerge raises on purpose.
+"""Errors that rectmerge raises on purpose.
 
 ::
 
-    RectMergeError                 anything we raise
+    RectMergeError                 base of all
     ├── InputError (ValueError)    a value or a combination of values that cannot be used
     │   ├── MapFileError           a map file that cannot be read or written
     │   ├── MethodError            an unknown method, or a field it does not have
     │   ├── ScenarioError          a suite file with a key or value that is not allowed
     │   └── DatasetError           a data set on disk that does not keep its layout
-    └── SimulationError            the simulator could not do what was asked
+    └── SimulationError            a task that the simulator cannot do
 
 A hard question honestly unanswered is not an error: `align` returns a falsy result with a reason.
 """
 
 
 class RectMergeError(Exception):
-    """Anything rectmerge raises on purpose."""
+    """Base of the errors that rectmerge raises on purpose."""
 
 
 class InputError(RectMergeError, ValueError):
-    """A value, or a combination of values, that cannot be used."""
+    """Value, or a combination of values, that cannot be used."""
 
 
 class MapFileError(InputError):
-    """A map file that cannot be read or written; the message names the file and the remedy."""
+    """Map file that cannot be read or written; the message names the file and the remedy."""
 
 
 class MethodError(InputError):
-    """An unknown method, or a field that a method does not have."""
+    """Unknown method, or a field that a method does not have."""
 
 
 class ScenarioError(InputError):
-    """A suite file with a key or a value that is not allowed; the message gives its path."""
+    """Suite file with a key or a value that is not allowed; the message gives its path."""
 
 
 class DatasetError(InputError):
-    """A data set on disk that does not keep its layout."""
+    """Data set on disk that does not keep its layout."""
 
 
 class SimulationError(RectMergeError):
-    """The simulator could not do what was asked."""
+    """Task that the simulator cannot do."""

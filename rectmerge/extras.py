@@ -1,4 +1,4 @@
-"""What is not installed with the merging alone: which module belongs to which extra, and how it is installed."""
+"""Extras of the package: the optional modules, the extra of each, and the command to install it."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ SIMULATOR = ("pybullet", "shapely")
 
 
 def require_extras(*modules: str) -> None:
-    """Refuse to go on without modules that only an extra installs.
+    """Require modules that only an extra installs.
 
     Raises
     ------
     InputError
-        If one cannot be found; the message says what to install.
+        If one is not installed; the message gives the command.
     """
     for module in modules:
         if find_spec(module) is None:
@@ -29,7 +29,7 @@ def require_extras(*modules: str) -> None:
 
 
 def missing(module: str) -> str:
-    """Say that a module is needed, and how it is installed."""
+    """Return a message that a module is needed, with the command to install it."""
     text = f"needs {module.replace('_', '-')}, which is not installed: pip install 'rectmerge[{EXTRA_OF[module]}]'"
     if module == "pybullet" and sys.version_info >= (3, 12):
         text += " with Python 3.11, for it has no wheels for later ones"

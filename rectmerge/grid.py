@@ -1,4 +1,4 @@
-"""The occupancy grid and its three frames: pixel, cell and map."""
+"""Occupancy grid and its three frames: pixel, cell and map."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LONGEST_SIDE_CELLS = 32_766  # OpenCV turns and rescales no image with a longer 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OccupancyGrid:
-    """An occupancy grid as in nav_msgs, with its image's top row first.
+    """Occupancy grid as in nav_msgs, with its image's top row first.
 
     Frames
     ------
@@ -43,7 +43,7 @@ class OccupancyGrid:
     origin
         (x, y, yaw) in metres (cells where `resolution` is None) and radians.
     frame
-        The name of the map frame, as a bag tells it; None where it is not told.
+        The name of the map frame as a bag gives it; None where there is none.
 
     Raises
     ------
@@ -70,7 +70,7 @@ class OccupancyGrid:
         if self.resolution is not None:
             if not (math.isfinite(self.resolution) and self.resolution > 0):
                 raise InputError(f"resolution must be a positive number of metres per cell or None: {self.resolution}")
-            object.__setattr__(self, "resolution", float(self.resolution))  # YAML has no word for numpy's numbers
+            object.__setattr__(self, "resolution", float(self.resolution))  # YAML does not write numpy's numbers
         origin = tuple(float(v) for v in self.origin)
         if len(origin) != 3 or not all(map(math.isfinite, origin)):
             raise InputError(f"origin must be three finite numbers (x, y, yaw), got {self.origin}")
@@ -127,7 +127,7 @@ class OccupancyGrid:
 
 
 def unusable(grid: OccupancyGrid) -> str:
-    """Say why nothing can be aligned with a map that was read; empty where it has free cells."""
+    """Return why a map cannot be aligned; empty where it has free cells."""
     if grid.free.any():
         return ""
     return "all cells are unknown" if grid.unknown.all() else "no cell is free"

@@ -1,4 +1,4 @@
-"""Similarities of the plane, ``p' = s R(angle) p + t``: rotation, uniform scale and translation, never a reflection."""
+"""Similarity of the plane, ``p' = s R(angle) p + t``: rotation, uniform scale and translation, never a reflection."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rectmerge.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class Similarity:
-    """A similarity of the plane, ``p' = scale R(angle) p + (tx, ty)``.
+    """Similarity of the plane, ``p' = scale R(angle) p + (tx, ty)``.
 
     The same class serves every frame; the variable that holds one says its direction, as in ``b_to_a``.
 
@@ -54,7 +54,7 @@ class Similarity:
 
     @classmethod
     def from_matrix(cls, matrix: ArrayLike) -> Similarity:
-        """Read a 2x3 matrix ``[[a, -b, tx], [b, a, ty]]``.
+        """Make a similarity from a 2x3 matrix ``[[a, -b, tx], [b, a, ty]]``.
 
         Raises
         ------
@@ -119,7 +119,7 @@ class Similarity:
         return Similarity(back.scale, back.angle, float(tx), float(ty))
 
     def __matmul__(self, first: Similarity) -> Similarity:
-        """Compose: ``(self @ first).apply(p) == self.apply(first.apply(p))``."""
+        """Compose two similarities: ``(self @ first).apply(p) == self.apply(first.apply(p))``."""
         tx, ty = self.apply([first.tx, first.ty])
         angle = math.remainder(self.angle + first.angle, math.tau)
         return Similarity(self.scale * first.scale, angle, float(tx), float(ty))

@@ -141,6 +141,7 @@ def merge(
     from rectmerge.composing.rules import SHADING
     from rectmerge.io.json_text import to_json
     from rectmerge.io.map_file import has_shades
+    from rectmerge.results.alignment_json import to_json_dict
     from rectmerge.results.folder import ResultFolder
     from rectmerge.results.inputs import told_inputs
 
@@ -158,23 +159,13 @@ def merge(
     pictures, merged = _results(alignment, grid_a, grid_b, rule, cells)
     is_certified = alignment and certifying.certify
     certificate = _certify(alignment, grid_a, grid_b, scale, certifying.certify_seconds) if is_certified else None
-    record = lay_out(alignment, grid_a, grid_b) | {"inputs": told_inputs(output, *inputs, grids=(grid_a, grid_b))}
+    record = to_json_dict(alignment, grid_a, grid_b) | {"inputs": told_inputs(output, *inputs, grids=(grid_a, grid_b))}
     if certificate is not None:
         record["certificate"] = certificate.as_dict()
     is_shaded = merged is not None and rule in SHADING and has_shades(merged)
     files = folder.write(record, pictures, merged, shaded=is_shaded)
     typer.echo(to_json(record) if json else describe(alignment, files, certificate, is_shaded=is_shaded))
     raise typer.Exit(console.STATUS[alignment.verdict])
-
-
-def lay_out(found: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> dict[str, Any]:
-    """Lay an answer out for ``alignment.json``, with the area that both maps show under each candidate."""
-    from rectmerge.transfer.transform import SharedArea
-
-    told = found.as_dict()
-    for candidate, each in zip(found.candidates, told["candidates"], strict=True):
-        each["shared"] = SharedArea.of(a, b, candidate.pixels).as_dict()
-    return told
 
 
 def _with_quality(found: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> Alignment:

@@ -14,9 +14,9 @@ from rectmerge.analysis.overlap import cells_of
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.methods import Scale, align, check
-from rectmerge.results.alignment_json import AnswerFile
+from rectmerge.results.alignment_json import AlignmentFile
+from rectmerge.results.saved_alignment import SavedAlignment
 from rectmerge.similarity import Similarity
-from rectmerge.transfer.transform import Answer
 
 SAMPLED_CELLS = 2000
 REACH, LEAST_REACH_CELLS = 0.1, 5.0  # what a hand misses: a share of the RMS radius of B's free space, and at least
@@ -83,17 +83,17 @@ class Placing:
         return f"placed as candidate {self.candidate} of an earlier merge"
 
     def _earlier_pixels(self, a: OccupancyGrid, b: OccupancyGrid) -> Similarity:
-        answer = Answer.of(AnswerFile.read(self.earlier or Path()))
-        if self.candidate is None and answer.verdict != "accepted":
+        saved = SavedAlignment.from_file(AlignmentFile.read(self.earlier or Path()))
+        if self.candidate is None and saved.verdict != "accepted":
             raise InputError(
-                f"{self.earlier}: {answer.verdict}; name one of its {len(answer.candidates)} candidates by --candidate"
+                f"{self.earlier}: {saved.verdict}; name one of its {len(saved.candidates)} candidates by --candidate"
             )
-        placed = answer.candidate(self.candidate or 1)
-        if placed.unit != a.unit:
+        transform = saved.candidate(self.candidate or 1)
+        if transform.unit != a.unit:
             raise InputError(
-                f"{self.earlier}: places map B in {placed.unit}, but map A is in {a.unit}; tell A's by --resolution-a"
+                f"{self.earlier}: places map B in {transform.unit}, but map A is in {a.unit}; give --resolution-a"
             )
-        return map_frame_to_pixels(placed.b_to_a, a, b)
+        return map_frame_to_pixels(transform.b_to_a, a, b)
 
 
 def parse_guess(text: str) -> tuple[float, float, float]:

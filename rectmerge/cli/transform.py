@@ -1,4 +1,4 @@
-"""The command `rectmerge transform`: an answer for TF, and points of map B on map A."""
+"""The command `rectmerge transform`: an alignment for TF, and points of map B on map A."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from rectmerge.cli.map_options import MergeFolder
 from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
-    from rectmerge.results.alignment_json import AnswerFile
-    from rectmerge.transfer.transform import Placed
+    from rectmerge.results.alignment_json import AlignmentFile
+    from rectmerge.transfer.transform import Transform
 
-TOLD_FROM = 0.0005  # a misfit below this would be told as 0.000
+MIN_MISFIT = 0.0005  # a smaller misfit would be printed as 0.000
 FORMS = "ros1, ros2, matrix or pose"
 
 
@@ -49,65 +49,65 @@ def transform(
     status is that of the merge, 1 or 3.
     """
     from rectmerge.io.atomic_file import replace_file
-    from rectmerge.results.alignment_json import AnswerFile
+    from rectmerge.results.alignment_json import AlignmentFile
+    from rectmerge.results.saved_alignment import SavedAlignment
     from rectmerge.transfer.points import carry_points
     from rectmerge.transfer.transform import FORMS as KNOWN
-    from rectmerge.transfer.transform import Answer
 
     known = {name: name for name in KNOWN}
     if form not in known:
         raise typer.BadParameter(f"{form!r} is not one of {FORMS}: --as")
     if output is not None and points is None:
         raise InputError("-o says where carried points go; name them with --points")
-    file = AnswerFile.read(folder)
-    answer = Answer.of(file)
-    if candidate is None and answer.verdict != "accepted":
-        count = len(answer.candidates)
-        console.say(f"rectmerge: {folder}: {answer.verdict}, {answer.reason}; --candidate K takes one of its {count}")
-        raise typer.Exit(console.STATUS[answer.verdict])
-    placed = answer.candidate(candidate or 1)
+    file = AlignmentFile.read(folder)
+    alignment = SavedAlignment.from_file(file)
+    if candidate is None and alignment.verdict != "accepted":
+        verdict, count = f"{alignment.verdict}, {alignment.reason}", len(alignment.candidates)
+        console.say(f"rectmerge: {folder}: {verdict}; --candidate K takes one of its {count}")
+        raise typer.Exit(console.STATUS[alignment.verdict])
+    placement = alignment.candidate(candidate or 1)
     if points is not None:
         _refuse(output, points, file)
-        told = carry_points(_text(points), points.name, placed.b_to_a)
+        text = carry_points(_text(points), points.name, placement.b_to_a)
     else:
-        frame_a, frame_b = answer.named(parent, child)
-        told = placed.line(known[form], parent=frame_a, child=frame_b) + "\n"
-    for note in _notes(placed, has_scale=points is not None or form == "matrix"):
+        frame_a, frame_b = alignment.frame_names(parent, child)
+        text = placement.format(known[form], parent=frame_a, child=frame_b) + "\n"
+    for note in _notes(placement, has_scale=points is not None or form == "matrix"):
         console.note(f"rectmerge: {note}")
     if output is None:
-        typer.echo(told, nl=False)
+        typer.echo(text, nl=False)
     else:
-        replace_file(output, told.encode())
+        replace_file(output, text.encode())
 
 
-def _notes(placed: Placed, *, has_scale: bool) -> Iterator[str]:
-    """Tell what numbers alone do not: that they are not in metres, and what they miss where they lack the scale."""
-    if placed.in_cells:
-        yield placed.in_cells
-    elif placed.out_of_scale:
-        yield placed.out_of_scale
-    if not has_scale and placed.misfit >= TOLD_FROM:
+def _notes(placement: Transform, *, has_scale: bool) -> Iterator[str]:
+    """Yield warnings on numbers that are not in metres, or that miss because they lack the scale."""
+    if placement.unit_fault:
+        yield placement.unit_fault
+    elif placement.scale_fault:
+        yield placement.scale_fault
+    if not has_scale and placement.misfit >= MIN_MISFIT:
         yield (
-            f"map B fits at a scale of {placed.b_to_a.scale:.5f}, which TF cannot carry; without it the area that both"
-            f" maps show is off by {placed.misfit:.3f} {placed.unit} RMS"
+            f"map B fits at a scale of {placement.b_to_a.scale:.5f}, which TF cannot carry; without it the area that"
+            f" both maps show is off by {placement.misfit:.3f} {placement.unit} RMS"
         )
 
 
-def _refuse(output: Path | None, points: Path, answer: AnswerFile) -> None:
-    """Refuse to write over what the command reads, or what the merge wrote."""
+def _refuse(output: Path | None, points: Path, file: AlignmentFile) -> None:
+    """Refuse to write over the inputs of the command or the results of the merge."""
     from rectmerge.io.atomic_file import real, require_other
     from rectmerge.results.folder import ResultFolder
 
     if output is None:
         return
-    require_other(output, [points, answer.path])
-    if any(ResultFolder(folder).owns(output) for folder in (answer.folder, real(answer.path).parent)):
+    require_other(output, [points, file.path])
+    if any(ResultFolder(folder).owns(output) for folder in (file.folder, real(file.path).parent)):
         raise InputError(f"{output}: is for a result of the merge; name another file with -o")
 
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")  # spreadsheets put a mark first
+        return path.read_text(encoding="utf-8-sig")  # spreadsheets write a byte order mark
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:

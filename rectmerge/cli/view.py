@@ -1,4 +1,4 @@
-"""The command `rectmerge view`: an answer as a page, opened in a browser."""
+"""The command `rectmerge view`: an alignment as a page, opened in a browser."""
 
 from __future__ import annotations
 
@@ -32,28 +32,28 @@ def view(
     the path of the page. The status is 0 whatever the verdict.
     """
     from rectmerge.io.atomic_file import replace_file
-    from rectmerge.results.alignment_json import AnswerFile
+    from rectmerge.results.alignment_json import AlignmentFile
     from rectmerge.results.inputs import inputs_of
-    from rectmerge.view.answer import ShownAnswer
     from rectmerge.view.page import html
+    from rectmerge.view.shown_alignment import ShownAlignment
 
     if output is not None and output.suffix.lower() not in SUFFIXES:
         raise InputError(f"{output}: the page is HTML; give it a name that ends in .html")
-    file = AnswerFile.read(folder)
+    file = AlignmentFile.read(folder)
     page = output or file.folder / PAGE
-    answer = ShownAnswer.of(file)
+    alignment = ShownAlignment.from_file(file)
     inputs = inputs_of(file, a=a, b=b)
-    grid_a, grid_b = (one.read() for one in inputs)
-    if not answer.fits(grid_a, grid_b):
+    grid_a, grid_b = (map_input.read() for map_input in inputs)
+    if not alignment.fits(grid_a, grid_b):
         console.note(f"rectmerge: {folder}: these are not the maps of the merge, or they have changed; merge again")
-    replace_file(page, html(answer, inputs, grid_a, grid_b).encode())
+    replace_file(page, html(alignment, inputs, grid_a, grid_b).encode())
     typer.echo(page)
     if open_page and _has_display():
         _open(page)
 
 
 def _has_display() -> bool:
-    """Whether a browser would be a window: one that runs in the terminal would take it over."""
+    """Return whether a browser opens a window; a browser in the terminal would take the terminal over."""
     return sys.platform == "darwin" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 

@@ -1,4 +1,4 @@
-"""The ``alignment.json`` of a merge, as later commands take it up."""
+"""File ``alignment.json``: the record of a merge, as it is written and as later commands read it."""
 
 from __future__ import annotations
 
@@ -9,75 +9,85 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
-from rectmerge.alignment import Verdict
+from rectmerge.alignment import Alignment, Verdict
+from rectmerge.analysis.shared_area import measure_shared_area
 from rectmerge.errors import InputError
+from rectmerge.grid import OccupancyGrid
 
 NAME = "alignment.json"
 
 
+def to_json_dict(alignment: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> dict[str, Any]:
+    """Return the record of an alignment, with the area that both maps show under each candidate."""
+    record = alignment.as_dict()
+    for candidate, entry in zip(alignment.candidates, record["candidates"], strict=True):
+        entry["shared"] = measure_shared_area(a, b, candidate.pixels).as_dict()
+    return record
+
+
 @dataclass(frozen=True, slots=True)
-class AnswerFile:
-    """The answer of an earlier merge, in its file.
+class AlignmentFile:
+    """The ``alignment.json`` of an earlier merge.
 
     Parameters
     ----------
     path
         The file, by the name it was given.
     verdict, reason
-        What every answer tells.
-    told
-        All it tells; whoever takes more from it does so under `refusing`.
+        The keys that every record has.
+    record
+        The whole record; read its other keys under `explain_errors`.
     """
 
     path: Path
     verdict: Verdict
     reason: str
-    told: Mapping[str, Any]
+    record: Mapping[str, Any]
 
     @classmethod
-    def read(cls, named: str | Path) -> AnswerFile:
-        """Read an answer, named itself or by its folder.
+    def read(cls, path: str | Path) -> AlignmentFile:
+        """Read the record of a merge, given the file or its folder.
 
         Raises
         ------
         InputError
-            If there is none, or it is not one that a merge wrote.
+            If there is no such file, or `rectmerge merge` did not write it.
         """
-        path = _file_of(Path(named))
-        with _refusing(path):
-            told = json.loads(path.read_text(encoding="utf-8"))
-            if not isinstance(told, dict):
+        file = _file_of(Path(path))
+        with _explain_errors(file):
+            record = json.loads(file.read_text(encoding="utf-8"))
+            if not isinstance(record, dict):
                 raise ValueError("no JSON object")
-            if told["verdict"] not in get_args(Verdict):
-                raise ValueError(f"no verdict {told['verdict']!r}")
-            return cls(path, told["verdict"], str(told["reason"]), told)
+            if record["verdict"] not in get_args(Verdict):
+                raise ValueError(f"no verdict {record['verdict']!r}")
+            return cls(file, record["verdict"], str(record["reason"]), record)
 
     @property
     def folder(self) -> Path:
         """The folder of the merge."""
         return self.path.parent
 
-    def told_of(self, name: str, key: str) -> Any:
-        """Return what is told of map "a" or "b" under ``inputs``; None where it is not."""
-        entry: Any = self.told
+    def input_field(self, name: str, key: str) -> Any:
+        """Return the value of a key of map "a" or "b" under ``inputs``; None where there is none."""
+        entry: Any = self.record
         for part in ("inputs", name, key):
             entry = entry.get(part) if isinstance(entry, Mapping) else None
         return entry
 
-    def refusing(self) -> contextlib.AbstractContextManager[None]:
-        """Turn what is missing or of no use in `told` into an `InputError` that names the file."""
-        return _refusing(self.path)
+    def explain_errors(self) -> contextlib.AbstractContextManager[None]:
+        """Turn the errors of a key that is missing or unusable into an `InputError` that names the file."""
+        return _explain_errors(self.path)
 
 
-def _file_of(named: Path) -> Path:
+def _file_of(path: Path) -> Path:
     with contextlib.suppress(OSError):  # a name too long: reading it says so
-        if named.is_file():
-            return named
-    return named / NAME
+        if path.is_file():
+            return path
+    return path / NAME
 
 
 @contextlib.contextmanager
-def _refusing(path: Path) -> Iterator[None]:
+def _explain_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:

@@ -14,7 +14,7 @@ from rectmerge.io.atomic_file import real
 from rectmerge.io.bag_file import is_bag, split_bag
 from rectmerge.io.dialects import DIALECTS, Dialect
 from rectmerge.io.map_file import is_yaml, read_image, read_map
-from rectmerge.results.alignment_json import AnswerFile
+from rectmerge.results.alignment_json import AlignmentFile
 
 GREYS = ("free", "occupied", "unknown")
 REMEDY = "name the maps with --a FILE and --b FILE"
@@ -111,7 +111,7 @@ def told_inputs(
     }
 
 
-def inputs_of(answer: AnswerFile, *, a: Path | None = None, b: Path | None = None) -> tuple[Input, Input]:
+def inputs_of(file: AlignmentFile, *, a: Path | None = None, b: Path | None = None) -> tuple[Input, Input]:
     """Return the maps of an answer, or files named instead.
 
     Raises
@@ -119,15 +119,15 @@ def inputs_of(answer: AnswerFile, *, a: Path | None = None, b: Path | None = Non
     InputError
         If the answer does not name its maps, or one is no longer there.
     """
-    return _input(answer, "a", a), _input(answer, "b", b)
+    return _input(file, "a", a), _input(file, "b", b)
 
 
-def _input(answer: AnswerFile, name: str, instead: Path | None) -> Input:
+def _input(file: AlignmentFile, name: str, instead: Path | None) -> Input:
     try:
-        entry = answer.told["inputs"][name]
+        entry = file.record["inputs"][name]
         found = Input(
             given=str(entry["given"]),
-            path=Path(os.path.normpath(real(answer.path).parent / str(entry["path"]))),
+            path=Path(os.path.normpath(real(file.path).parent / str(entry["path"]))),
             greys={grey: None if entry[grey] is None else int(entry[grey]) for grey in GREYS},
             dialect=entry["dialect"] if entry["dialect"] in DIALECTS else None,
             strict=bool(entry["strict_thresholds"]),
@@ -135,13 +135,13 @@ def _input(answer: AnswerFile, name: str, instead: Path | None) -> Input:
         )
     except (KeyError, TypeError, ValueError):
         if instead is None:
-            raise InputError(f"{answer.path}: does not say where map {name.upper()} lies; {REMEDY}") from None
+            raise InputError(f"{file.path}: does not say where map {name.upper()} lies; {REMEDY}") from None
         return Input(given=str(instead), path=instead, greys=dict.fromkeys(GREYS))
     if instead is not None:
         return replace(found, given=str(instead), path=instead)
     bag = split_bag(found.path)
     if not (found.path if bag is None else bag.file).exists():
-        raise InputError(f"{found.path}: map {name.upper()} of {answer.folder} is no longer there; {REMEDY}")
+        raise InputError(f"{found.path}: map {name.upper()} of {file.folder} is no longer there; {REMEDY}")
     return found
 
 

@@ -1,1 +1,1 @@
-"""An answer as a page to look at: both maps, their candidates, and a placement by hand."""
+"""Page of an alignment: both maps, their candidates, and a placement by hand."""

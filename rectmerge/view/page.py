@@ -1,4 +1,4 @@
-"""The page of one answer: a file that holds both maps, the candidates, and all it needs to lay B on A by hand."""
+"""Page of one alignment: a file with both maps, the candidates, and the scripts to place B on A by hand."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.paper.rmap import rmap
 from rectmerge.results.inputs import GREYS, Input
 from rectmerge.similarity import Similarity
-from rectmerge.view.answer import ShownAnswer
 from rectmerge.view.embedding import as_script, text_of
 from rectmerge.view.pictures import draw_pair
+from rectmerge.view.shown_alignment import ShownAlignment
 
-SIDE = 1024  # pixels of the pictures, at the most
-RECTANGLES = 40  # of each map, the largest
+MAX_SIDE_PIXELS = 1024  # of the pictures
+MAX_RECTANGLES = 40  # of each map, the largest
 SCRIPTS = ("widget.js", "placement.js", "gestures.js", "page.js")
 MARKS = {"accepted": "✓", "ambiguous": "?", "rejected": "✕"}
 MEANINGS = {
@@ -27,55 +27,55 @@ MEANINGS = {
 }
 
 
-def html(answer: ShownAnswer, inputs: Sequence[Input], a: OccupancyGrid, b: OccupancyGrid) -> str:
-    """Return the page of an answer.
+def html(alignment: ShownAlignment, inputs: Sequence[Input], a: OccupancyGrid, b: OccupancyGrid) -> str:
+    """Return the page of an alignment.
 
     Parameters
     ----------
-    answer
-        The merge's.
+    alignment
+        The alignment of the merge.
     inputs
-        Where A and B come from: their names stand in the commands that the page offers.
+        The files of A and B: the commands that the page offers name them.
     a, b
-        The maps, as they were read from there.
+        The maps that were read from these files.
     """
-    names = [Path(one.given).name for one in inputs]
-    held = {
-        "maps": draw_pair(a, b, SIDE),
+    names = [Path(map_input.given).name for map_input in inputs]
+    data = {
+        "maps": draw_pair(a, b, MAX_SIDE_PIXELS),
         "frames": {"a": _frame(a), "b": _frame(b)},
         "unit": a.unit,
-        "candidates": [candidate.as_dict() for candidate in answer.candidates],
+        "candidates": [candidate.as_dict() for candidate in alignment.candidates],
         "start": _start(a, b).matrix.ravel().tolist(),
         "rectangles": {"a": _rectangles(a), "b": _rectangles(b)},
-        "words": _words(inputs),
+        "words": _command_words(inputs),
     }
     return Template(text_of("page.html")).substitute(
         title=escape(f"{names[1]} on {names[0]}"),
         style=text_of("page.css"),
-        verdict=answer.verdict,
-        mark=MARKS[answer.verdict],
-        reason=escape(answer.reason),
-        meaning=MEANINGS[answer.verdict],
-        method=escape(answer.method),
-        confidence="no" if answer.confidence is None else f"{answer.confidence:.2f}",
-        percent=f"{100 * min(max(answer.confidence or 0.0, 0.0), 1.0):.0f}",
+        verdict=alignment.verdict,
+        mark=MARKS[alignment.verdict],
+        reason=escape(alignment.reason),
+        meaning=MEANINGS[alignment.verdict],
+        method=escape(alignment.method),
+        confidence="no" if alignment.confidence is None else f"{alignment.confidence:.2f}",
+        percent=f"{100 * min(max(alignment.confidence or 0.0, 0.0), 1.0):.0f}",
         a=escape(names[0]),
         b=escape(names[1]),
         unit=a.unit,
-        data=as_script(held),
+        data=as_script(data),
         script="\n".join(map(text_of, SCRIPTS)),
     )
 
 
 def _frame(grid: OccupancyGrid) -> list[float]:
-    """Return the way from a map's pixels to its map frame, six numbers, row by row: v is down and y up."""
+    """Return the transform from a map's pixels to its map frame, six numbers, row by row: v is down and y up."""
     origin, along_u, along_v = grid.pixel_to_map([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     columns = (along_u - origin, along_v - origin, origin)
     return [float(column[row]) for row in (0, 1) for column in columns]
 
 
 def _start(a: OccupancyGrid, b: OccupancyGrid) -> Similarity:
-    """Place B's middle on A's, upright, by the resolutions: where a hand may start if there is no candidate."""
+    """Place B's middle on A's, upright, by the resolutions: the start by hand if there is no candidate."""
     known = a.resolution is not None and b.resolution is not None
     scale = b.cell_size / a.cell_size if known else 1.0
     (height_a, width_a), (height_b, width_b) = a.shape, b.shape
@@ -84,18 +84,19 @@ def _start(a: OccupancyGrid, b: OccupancyGrid) -> Similarity:
 
 
 def _rectangles(grid: OccupancyGrid) -> list[list[int]]:
-    """List the largest rectangles (x, y, w, h) into which Algorithm 2 parts the free space."""
-    boxes: list[list[int]] = rmap(grid.free, max_rectangles=RECTANGLES).boxes.tolist() if grid.free.any() else []
+    """List the largest rectangles (x, y, w, h) into which Algorithm 2 divides the free space."""
+    boxes: list[list[int]] = rmap(grid.free, max_rectangles=MAX_RECTANGLES).boxes.tolist() if grid.free.any() else []
     return boxes
 
 
-def _words(inputs: Sequence[Input]) -> str:
-    """Write the maps, and how they are read, as words of a command line."""
-    options = ["--strict-thresholds"] if any(one.strict for one in inputs) else []
+def _command_words(inputs: Sequence[Input]) -> str:
+    """Write the maps, and the options on how they are read, as words of a command line."""
+    options = ["--strict-thresholds"] if any(map_input.strict for map_input in inputs) else []
     for grey in GREYS:
-        named = [level for one in inputs if (level := one.greys[grey]) is not None]
-        options += [f"--{grey}={level}" for level in named[:1]]
-    options += [f"--dialect={dialect}" for dialect in dict.fromkeys(one.dialect for one in inputs) if dialect]
-    for name, one in zip("ab", inputs, strict=True):
-        options += [] if one.resolution is None else [f"--resolution-{name}={one.resolution!r}"]
-    return shlex.join([*(one.given for one in inputs), *options])
+        levels = [level for map_input in inputs if (level := map_input.greys[grey]) is not None]
+        options += [f"--{grey}={level}" for level in levels[:1]]
+    dialects = dict.fromkeys(map_input.dialect for map_input in inputs)
+    options += [f"--dialect={dialect}" for dialect in dialects if dialect]
+    for name, map_input in zip("ab", inputs, strict=True):
+        options += [] if map_input.resolution is None else [f"--resolution-{name}={map_input.resolution!r}"]
+    return shlex.join([*(map_input.given for map_input in inputs), *options])

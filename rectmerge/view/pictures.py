@@ -1,4 +1,4 @@
-"""Maps as small pictures that a page holds, and the way from their pixels to the maps' own."""
+"""Small pictures of maps for a page, with the transforms from their pixels to those of the maps."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ def draw_pair(a: OccupancyGrid, b: OccupancyGrid, side: int) -> dict[str, Any]:
     a, b
         The maps.
     side
-        Pixels of the pictures, at the most.
+        Longest side of the pictures, pixels.
 
     Returns
     -------
     dict
         ``a`` and ``b``: pictures as data addresses; ``to_a`` and ``to_b``: from a picture's pixels to the map's, six
-        numbers, row by row; ``hull_b``: pixels (u, v) of B's picture around all that is known; ``size``: widths and
+        numbers, row by row; ``hull_b``: pixels (u, v) of B's picture around all known cells; ``size``: widths and
         heights, A's first.
     """
     small = {name: _small(grid, side) for name, grid in (("a", a), ("b", b))}
     return {
-        **{name: _address(one.grid, PALETTES[name]) for name, one in small.items()},
-        **{f"to_{name}": one.to_given.matrix.ravel().tolist() for name, one in small.items()},
+        **{name: _address(picture.grid, PALETTES[name]) for name, picture in small.items()},
+        **{f"to_{name}": picture.to_given.matrix.ravel().tolist() for name, picture in small.items()},
         "hull_b": _hull(small["b"].grid),
         "size": [*small["a"].grid.shape[::-1], *small["b"].grid.shape[::-1]],
     }
@@ -52,7 +52,7 @@ def _small(grid: OccupancyGrid, side: int) -> Shrunk:
 
 
 def _hull(grid: OccupancyGrid) -> list[list[int]]:
-    """List the pixels on the convex hull of the known cells; of all where shrinking left none known."""
+    """List the pixels on the convex hull of the known cells; of all cells where downscaling left none known."""
     v, u = np.nonzero(~grid.unknown if not grid.unknown.all() else grid.unknown)
     hull: list[list[int]] = cv2.convexHull(np.stack([u, v], axis=-1).astype(np.int32))[:, 0].tolist()
     return hull
@@ -62,7 +62,7 @@ def _address(grid: OccupancyGrid, colours: Sequence[str]) -> str:
     """Draw a map's cells as a PNG of three colours, unknown clear, as a data address."""
     codes = np.where(grid.occupied, 2, np.where(grid.free, 1, 0)).astype(np.uint8)
     image = Image.fromarray(codes, mode="P")
-    image.putpalette([0, 0, 0, *(int(one[k : k + 2], 16) for one in colours for k in (1, 3, 5))])
-    written = io.BytesIO()
-    image.save(written, "png", bits=2, transparency=0, optimize=True)
-    return f"data:image/png;base64,{base64.b64encode(written.getvalue()).decode()}"
+    image.putpalette([0, 0, 0, *(int(colour[k : k + 2], 16) for colour in colours for k in (1, 3, 5))])
+    png = io.BytesIO()
+    image.save(png, "png", bits=2, transparency=0, optimize=True)
+    return f"data:image/png;base64,{base64.b64encode(png.getvalue()).decode()}"

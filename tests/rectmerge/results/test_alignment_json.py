@@ -7,7 +7,7 @@ import pytest
 from rectmerge.cli import console
 from rectmerge.cli import main as cli
 from rectmerge.errors import InputError
-from rectmerge.results.alignment_json import AnswerFile
+from rectmerge.results.alignment_json import AlignmentFile
 from tests import drawing
 
 A, B = (drawing.DATA / f"building_{name}.yaml" for name in "ab")
@@ -30,20 +30,20 @@ def rectmerge(*words):
 def test_an_answer_is_named_itself_or_by_its_folder(tmp_path, named):
     (tmp_path / "alignment.json").write_text(json.dumps(TOLD))
 
-    answer = AnswerFile.read(tmp_path / named)
+    answer = AlignmentFile.read(tmp_path / named)
 
     assert (answer.verdict, answer.reason, answer.folder) == ("rejected", "told so", tmp_path)
 
 
 def test_whoever_takes_more_than_there_is_names_the_file(tmp_path):
     (tmp_path / "alignment.json").write_text(json.dumps(TOLD))
-    answer = AnswerFile.read(tmp_path)
+    answer = AlignmentFile.read(tmp_path)
 
     with (
         pytest.raises(InputError, match=r"alignment\.json: not an answer .*: there is no 'candidates'; merge again"),
-        answer.refusing(),
+        answer.explain_errors(),
     ):
-        answer.told["candidates"]
+        answer.record["candidates"]
 
 
 @pytest.mark.parametrize("content", ["{}", "[]", "3", "", "\ufffe{", "[" * 9999, '{"verdict": "perhaps"}'])
@@ -51,13 +51,13 @@ def test_what_is_no_answer_is_refused_in_one_line(tmp_path, content):
     (tmp_path / "alignment.json").write_text(content)
 
     with pytest.raises(InputError, match=r"alignment\.json: not an answer of rectmerge merge: [^\n]*; merge again$"):
-        AnswerFile.read(tmp_path)
+        AlignmentFile.read(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["", "none", "n" * 300])
 def test_where_there_is_none_the_remedy_is_told(tmp_path, name):
     with pytest.raises(InputError, match=r"alignment\.json: cannot be read: .*; name the folder of a merge"):
-        AnswerFile.read(tmp_path / name)
+        AlignmentFile.read(tmp_path / name)
 
 
 @pytest.mark.parametrize("named", ["", "alignment.json"])

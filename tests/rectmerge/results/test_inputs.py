@@ -8,7 +8,7 @@ from PIL import Image
 
 from rectmerge.errors import InputError
 from rectmerge.io.map_file import read_map
-from rectmerge.results.alignment_json import AnswerFile
+from rectmerge.results.alignment_json import AlignmentFile
 from rectmerge.results.inputs import Input, inputs_of, told_inputs
 from tests import drawing
 
@@ -27,7 +27,7 @@ def maps(tmp_path, monkeypatch):
 
 
 def inputs_in(named, **instead):
-    return inputs_of(AnswerFile.read(named), **instead)
+    return inputs_of(AlignmentFile.read(named), **instead)
 
 
 def write_answer(folder, levels=None, **options):

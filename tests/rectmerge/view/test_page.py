@@ -5,17 +5,17 @@ import numpy as np
 import pytest
 
 from rectmerge.grid import OccupancyGrid
-from rectmerge.results.alignment_json import AnswerFile
+from rectmerge.results.alignment_json import AlignmentFile
 from rectmerge.results.inputs import Input, inputs_of
-from rectmerge.view.answer import ShownAnswer
 from rectmerge.view.page import html
+from rectmerge.view.shown_alignment import ShownAlignment
 from tests import drawing
 
 
 def page_of(folder, **named):
-    answer = AnswerFile.read(folder)
+    answer = AlignmentFile.read(folder)
     inputs = inputs_of(answer, **named)
-    return html(ShownAnswer.of(answer), inputs, *(one.read() for one in inputs))
+    return html(ShownAlignment.from_file(answer), inputs, *(one.read() for one in inputs))
 
 
 def held_by(page):
@@ -37,7 +37,7 @@ def test_matrices_are_told_in_full(write_answer, tmp_path):
 
     held = held_by(page_of(folder))
 
-    for shown, told in zip(held["candidates"], AnswerFile.read(folder).told["candidates"], strict=True):
+    for shown, told in zip(held["candidates"], AlignmentFile.read(folder).record["candidates"], strict=True):
         assert shown["pixels"] == pytest.approx(np.ravel(told["pixels"]), rel=1e-14)
 
 
@@ -46,7 +46,7 @@ def test_the_frames_take_pixels_to_the_map_frame(write_answer, tmp_path):
 
     frames = held_by(page_of(folder))["frames"]
 
-    for one, frame in zip(inputs_of(AnswerFile.read(folder)), (frames["a"], frames["b"]), strict=True):
+    for one, frame in zip(inputs_of(AlignmentFile.read(folder)), (frames["a"], frames["b"]), strict=True):
         m = np.reshape(frame, (2, 3))
         assert m @ [7.0, 3.0, 1.0] == pytest.approx(one.read().pixel_to_map([7.0, 3.0]))
 
@@ -82,7 +82,7 @@ def test_rectangles_are_those_of_the_whole_map(write_answer, tmp_path):
 
 
 def test_commands_read_the_maps_as_the_merge_did(write_answer, tmp_path):
-    answer = ShownAnswer.of(AnswerFile.read(write_answer(tmp_path)))
+    answer = ShownAlignment.from_file(AlignmentFile.read(write_answer(tmp_path)))
     greys = {"free": 254, "occupied": None, "unknown": 205}
     inputs = [
         Input(given="my a.png", path=tmp_path / "my a.png", greys=greys),
@@ -95,10 +95,10 @@ def test_commands_read_the_maps_as_the_merge_did(write_answer, tmp_path):
 
 
 def test_a_map_of_nothing_known_is_shown_as_nothing(write_answer, tmp_path):
-    answer = AnswerFile.read(write_answer(tmp_path))
+    answer = AlignmentFile.read(write_answer(tmp_path))
     empty = OccupancyGrid(np.full((5, 4), -1, np.int8))
 
-    held = held_by(html(ShownAnswer.of(answer), inputs_of(answer), empty, drawing.building()))
+    held = held_by(html(ShownAlignment.from_file(answer), inputs_of(answer), empty, drawing.building()))
 
     assert held["rectangles"]["a"] == []
     assert held["maps"]["size"][:2] == [1, 1]
