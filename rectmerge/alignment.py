@@ -167,6 +167,7 @@ class Alignment:
             "quality": {name: dict(values) for name, values in self.quality.items()},
             "candidates": [candidate.as_dict(self.unit) for candidate in self.candidates],
             "seconds": self.seconds,
+            **({"trace": dict(self.trace)} if self.trace else {}),
         }
 
 

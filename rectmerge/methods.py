@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import EntryPoint, entry_points
 from typing import Literal, Protocol, cast, get_args, get_origin, get_type_hints
 
@@ -267,6 +267,7 @@ def _converter() -> cattrs.Converter:
     converter = cattrs.Converter()
     converter.register_structure_hook(bool, _read_bool)
     converter.register_structure_hook_func(_is_choice, _read_choice)
+    converter.register_structure_hook_func(_is_numbers, _read_numbers)
     return converter
 
 
@@ -279,6 +280,18 @@ def _read_choice(value: object, kind: object) -> object:
     if value not in get_args(kind):
         raise ValueError(f"must be one of {', '.join(map(str, get_args(kind)))}, got {value!r}")
     return value
+
+
+def _is_numbers(kind: object) -> bool:
+    return get_origin(kind) is tuple and set(get_args(kind)) == {float}
+
+
+def _read_numbers(value: object, kind: object) -> tuple[float, ...]:
+    """Read a tuple of numbers, also as the text "1,0.5,2"."""
+    parts = value.split(",") if isinstance(value, str) else value
+    if not isinstance(parts, Sequence) or len(parts) != len(get_args(kind)):
+        raise ValueError(f"must be {len(get_args(kind))} numbers with commas between them, got {value!r}")
+    return tuple(float(part) for part in parts)
 
 
 def _read_bool(value: object, _: type) -> bool:

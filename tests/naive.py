@@ -101,21 +101,21 @@ def line_inliers(points: NDArray[np.float64], tolerance: float) -> list[int]:
     return [sum(is_inside(r, p, q) and is_inside(s, p, q) for r, s in pairs) for p, q in pairs]
 
 
-def least_triangle_cost(
+def triangle_costs(
     first: NDArray[np.int32], second: NDArray[np.int32], alike: NDArray[np.bool_], weights: tuple[float, ...]
-) -> float | None:
-    """Compare every triangle with every corresponding one (Algorithm 4)."""
+) -> list[float]:
+    """Compare every triangle with every corresponding one, both in the order of size (Algorithm 4)."""
     costs = []
     for triple in itertools.combinations(range(len(first)), 3):
-        one = triangle_features(first[list(triple)])
+        features = triangle_features(first[list(triple)])
         for partners in itertools.product(*(np.flatnonzero(alike[i]).tolist() for i in triple)):
-            if one is None or len(set(partners)) < 3:
+            if features is None or not partners[0] < partners[1] < partners[2]:
                 continue
             other = triangle_features(second[list(partners)])
             if other is not None:
-                difference = one - other
+                difference = features - other
                 costs.append(float(difference @ np.diag(weights) @ difference))  # eq. (11)
-    return min(costs, default=None)
+    return costs
 
 
 def triangle_features(boxes: NDArray[np.int32]) -> NDArray[np.float64] | None:

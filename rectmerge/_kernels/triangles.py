@@ -24,30 +24,43 @@ def is_degenerate(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.
 
 
 @kernel
-def precedes(i: int, j: int, k: int, e: int, f: int, g: int, vertices: NDArray[np.int64]) -> bool:
-    """Check if a set of triangles comes before `vertices` in the order of the listing's loops."""
-    labels = (i, j, k, e, f, g)
+def precedes(cost: float, labels: NDArray[np.int64], other_cost: float, other: NDArray[np.int64]) -> bool:
+    """Check if a set of triangles costs less than another, or as much and comes first in the listing's loops."""
+    if cost != other_cost:
+        return cost < other_cost
     for n in range(6):
-        if labels[n] != vertices[n]:
-            return bool(labels[n] < vertices[n])
+        if labels[n] != other[n]:
+            return bool(labels[n] < other[n])
     return False
 
 
 @kernel
-def best_third(
+def insert(cost: float, labels: NDArray[np.int64], costs: NDArray[np.float64], vertices: NDArray[np.int64]) -> None:
+    """Enter a set of triangles into the sorted list of the best ones, where it belongs there."""
+    slot = len(costs)
+    while slot > 0 and precedes(cost, labels, costs[slot - 1], vertices[slot - 1]):
+        slot -= 1
+    for n in range(len(costs) - 1, slot, -1):
+        costs[n], vertices[n] = costs[n - 1], vertices[n - 1]
+    if slot < len(costs):
+        costs[slot], vertices[slot] = cost, labels
+
+
+@kernel
+def complete(
     first: NDArray[np.float64],
     second: NDArray[np.float64],
     starts: NDArray[np.int64],
     partners: NDArray[np.int64],
     weights: NDArray[np.float64],
-    fixed: tuple[int, int, int, int],
+    labels: NDArray[np.int64],
     distances: tuple[float, float],
     cost_jk: float,
-    best: float,
+    costs: NDArray[np.float64],
     vertices: NDArray[np.int64],
-) -> tuple[float, int]:
-    """Complete pairs (j, k), (f, g) by all i < j and their partners e; return the least cost and the comparisons."""
-    j, k, f, g = fixed
+) -> int:
+    """Complete pairs (j, k), (f, g) by all i < j and their partners e < f; return the number of comparisons."""
+    j, k, f, g = labels[1], labels[2], labels[4], labels[5]
     d, d2 = distances
     steps = 0
     for i in range(j):
@@ -55,20 +68,21 @@ def best_third(
             continue
         alpha, beta = -1.0, -1.0
         for e in partners[starts[i] : starts[i + 1]]:
+            if e >= f:
+                break
             steps += 1
             cost = cost_jk + weights[0] * (first[i, 2] / d - second[e, 2] / d2) ** 2  # eq. (10)
-            if cost > best or e in (f, g) or is_degenerate(second[e], second[f], second[g]):
+            if cost > costs[-1] or is_degenerate(second[e], second[f], second[g]):
                 continue
             if alpha < 0:
                 alpha = vertex_angle(first[j], first[i], first[k])  # Alg. 4, line 8
                 beta = vertex_angle(first[k], first[i], first[j])
             cost += weights[3] * (alpha - vertex_angle(second[f], second[e], second[g])) ** 2  # eq. (11)
             cost += weights[4] * (beta - vertex_angle(second[g], second[e], second[f])) ** 2
-            if cost < best or (cost == best and precedes(i, j, k, e, f, g, vertices)):  # Alg. 4, line 17
-                best = cost
-                vertices[0], vertices[1], vertices[2] = i, j, k
-                vertices[3], vertices[4], vertices[5] = e, f, g
-    return best, steps
+            if cost <= costs[-1]:
+                labels[0], labels[3] = i, e
+                insert(cost, labels, costs, vertices)  # Alg. 4, line 13
+    return steps
 
 
 @kernel
@@ -79,32 +93,36 @@ def best_triangles(
     partners: NDArray[np.int64],
     weights: NDArray[np.float64],
     max_comparisons: int,
-) -> tuple[float, NDArray[np.int64], bool]:
-    """Find i < j < k and their partners e, f, g with the least cost; also if `max_comparisons` cut the search.
+    costs: NDArray[np.float64],
+    vertices: NDArray[np.int64],
+) -> bool:
+    """Fill `costs` (K,) and `vertices` (K, 6) with the K best i < j < k and partners e < f < g; check for a cut search.
 
-    `first` and `second` hold rows (u, v, area) of both maps. The pairs (j, k), (f, g) fix two terms of the cost and
-    the two distances; the third vertices add terms that are never negative.
+    `first` and `second` hold rows (u, v, area) of both maps, largest first, and `partners` ascend. The pairs (j, k),
+    (f, g) fix two terms of the cost and the two distances; the third vertices add terms that are never negative.
     """
-    count = len(first)
-    best, vertices = np.inf, np.full(6, -1)
+    costs[:], vertices[:] = np.inf, -1
+    labels = np.empty(6, np.int64)
     steps = 0
-    for k in range(count - 1, 1, -1):  # Alg. 4, lines 6-7
+    for k in range(len(first) - 1, 1, -1):  # Alg. 4, lines 6-7
         for j in range(k - 1, 0, -1):
             d = math.hypot(first[j, 0] - first[k, 0], first[j, 1] - first[k, 1])
             for g in partners[starts[k] : starts[k + 1]]:  # Alg. 4, lines 9-10
                 for f in partners[starts[j] : starts[j + 1]]:
+                    if f >= g:
+                        break
                     steps += 1
                     d2 = math.hypot(second[f, 0] - second[g, 0], second[f, 1] - second[g, 1])
-                    if f == g or d == 0 or d2 == 0:
+                    if d == 0 or d2 == 0:
                         continue
                     cost_jk = weights[1] * (first[j, 2] / d - second[f, 2] / d2) ** 2  # Alg. 4, lines 11-12
                     cost_jk += weights[2] * (first[k, 2] / d - second[g, 2] / d2) ** 2
-                    if cost_jk > best:
+                    if cost_jk > costs[-1]:
                         continue
-                    best, more = best_third(
-                        first, second, starts, partners, weights, (j, k, f, g), (d, d2), cost_jk, best, vertices
+                    labels[1], labels[2], labels[4], labels[5] = j, k, f, g
+                    steps += complete(
+                        first, second, starts, partners, weights, labels, (d, d2), cost_jk, costs, vertices
                     )
-                    steps += more
                 if steps > max_comparisons:
-                    return best, vertices, True
-    return best, vertices, False
+                    return True
+    return False

@@ -1,5 +1,7 @@
 """The paper's method, one file per algorithm, with every equation and line marked where it happens.
 
+`Paper` (merging.py) is the method to the letter, `PaperRepaired` (repaired.py) the same loop with repairs as switches.
+
 ========== ============================================== ====================================================
 mark       content                                        module
 ========== ============================================== ====================================================

@@ -45,6 +45,7 @@ FIGURES = tuple(f"figure-{number:02d}.png" for number in range(2, 13))
 TABLE = "table-1.md"
 PRACTICAL_SEED = 18  # the first building of the suite headline whose maps `paper` merges rightly
 MARGIN_CELLS = 4
+SIMPLE = Paper(min_area_cells=60)  # leaves the doors of the simple environment out, as 10 cells do the paper's
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,7 +70,7 @@ class Walked:
     passes: tuple[Pass, ...]
 
     @classmethod
-    def of(cls, a: OccupancyGrid, b: OccupancyGrid) -> Walked:
+    def of(cls, a: OccupancyGrid, b: OccupancyGrid, method: Paper = SIMPLE) -> Walked:
         """Walk through the method.
 
         Raises
@@ -81,7 +82,7 @@ class Walked:
         """
         found = rmap(a.free), rmap(b.free)
         turns = orthogonal_orientation(found[0]), orthogonal_orientation(found[1])
-        passes = tuple(Paper().passes(a, b, scale=FREE_SCALE))
+        passes = tuple(method.passes(a, b, scale=FREE_SCALE))
         if turns[0] is None or turns[1] is None or not math.isclose(passes[-1].match.ratio, 1.0, abs_tol=0.005):
             raise SimulationError("the paper's loop does not end on these maps: there is nothing to draw")
         return cls((a, b), found, (turns[0], turns[1]), passes)
@@ -161,8 +162,8 @@ def _draw_correspondence(step: Pass) -> Picture:
     """Draw three rectangles of map A, and those of map B that correspond to one of them (figure 7)."""
     boxes = [found.rectangles for found in step.rmaps]
     three = [label - 1 for label in step.match.triangles.first]
-    alike = corresponding(step.rmaps[0].boxes[three], step.rmaps[1].boxes, delta_cells=Paper().delta_cells)
-    large = step.rmaps[1].areas >= Paper().min_area_cells
+    alike = corresponding(step.rmaps[0].boxes[three], step.rmaps[1].boxes, delta_cells=SIMPLE.delta_cells)
+    large = step.rmaps[1].areas >= SIMPLE.min_area_cells
     partners = [boxes[1][i] for i in np.flatnonzero(alike.any(axis=0) & large)]
     pictures = [
         draw_triangle(*_upright(step.images[0], [boxes[0][i] for i in three]), side_px=SIDE_PX),
@@ -184,7 +185,7 @@ def _draw_triangles(step: Pass, images: Sequence[PlacedImage]) -> Picture:
 def _draw_merged(walked: Walked) -> Picture:
     """Draw map B on map A as the first pass has them, not rescaled, and as the last has them (figure 11)."""
     first = walked.passes[0]
-    as_it_is = overlay(list(first.images), replace(first.match, ratio=1.0))
+    as_it_is = overlay(first.images, first.match, 1.0)
     placements = {"without rescaling": as_it_is, "with rescaling": walked.passes[-1].pixels}
     return side_by_side(
         [draw_overlay(*walked.maps, pixels, side_px=SIDE_PX) for pixels in placements.values()], [*placements]
@@ -199,7 +200,7 @@ def draw_practical(pair: MapPair) -> Picture:
     SimulationError
         If the loop does not end on them.
     """
-    last = Walked.of(pair.a, pair.b).passes[-1]
+    last = Walked.of(pair.a, pair.b, Paper()).passes[-1]
     merged = compose([pair.a, pair.b], [None, pixels_to_map_frame(last.pixels, pair.a, pair.b)]).grid
     pictures = [draw_map(grid, side_px=SIDE_PX) for grid in (pair.a, pair.b, merged)]
     pictures.append(draw_overlay(pair.a, pair.b, last.pixels, side_px=SIDE_PX))

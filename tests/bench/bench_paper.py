@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from rectmerge.grid import OccupancyGrid
 from rectmerge.paper.merging import Paper
+from rectmerge.paper.repaired import PaperRepaired
 from tests.rectmerge.paper import plans
 
-REPAIRED = Paper(clean_specks=True, orientation="projection", swap_sides=True)
-LARGE_ONLY = replace(REPAIRED, min_area_cells=60)
+LARGE_ONLY = PaperRepaired(min_area_cells=60)
 
 
 def noisy_pair() -> tuple[OccupancyGrid, OccupancyGrid]:
@@ -23,7 +21,9 @@ def noisy_pair() -> tuple[OccupancyGrid, OccupancyGrid]:
     return plans.damaged(plans.on_canvas(a, 317, 361), rng), plans.damaged(plans.on_canvas(b, 393, 393), rng)
 
 
-@pytest.mark.parametrize("method", [Paper(), REPAIRED, LARGE_ONLY], ids=["letter", "repaired", "repaired-large-only"])
+@pytest.mark.parametrize(
+    "method", [Paper(), PaperRepaired(), LARGE_ONLY], ids=["letter", "repaired", "repaired-large-only"]
+)
 def test_whole_merge(benchmark, method):
     a, b = noisy_pair()
 

@@ -4,6 +4,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
+from rectmerge.paper.merging import Paper
 from rectmerge.paper.triangles import corresponding, shared_triangles
 from tests import naive
 
@@ -15,12 +16,17 @@ def some_boxes(rng, count):
     return boxes[np.argsort(-boxes[:, 2] * boxes[:, 3], kind="stable")].astype(np.int32)
 
 
+def best(first, second, **limits):
+    """Return the best set of shared triangles, or None."""
+    return next(iter(shared_triangles(first, second, **limits)), None)
+
+
 @pytest.mark.parametrize(("min_area_cells", "count"), [(1, 790_244), (10, 364)])
 def test_the_papers_counts_of_triangles_are_those_of_its_rectangles(min_area_cells, count):
     rng = np.random.default_rng(0)
     sides = np.where(np.arange(169)[:, None] < 14, [5, 4], [3, 3])  # 14 of 169 have ten cells or more
     boxes = np.concatenate([rng.integers(0, 300, (169, 2)), sides], axis=1).astype(np.int32)
-    found = shared_triangles(boxes, boxes, delta_cells=0, min_area_cells=min_area_cells, max_rectangles=169)
+    found = best(boxes, boxes, delta_cells=0, min_area_cells=min_area_cells, max_rectangles=169)
 
     assert found is not None
     assert found.combinations == count
@@ -32,19 +38,77 @@ def test_the_least_cost_agrees_with_comparing_all(seed, is_swapped, delta):
     rng = np.random.default_rng(seed)
     first, second = some_boxes(rng, 7), some_boxes(rng, 7)
     alike = corresponding(first, second, delta_cells=delta, swap_sides=is_swapped)
-    wanted = naive.least_triangle_cost(first, second, alike, ONES)
+    wanted = min(naive.triangle_costs(first, second, alike, ONES), default=None)
 
-    found = shared_triangles(first, second, delta_cells=delta, min_area_cells=1, swap_sides=is_swapped)
+    found = best(first, second, delta_cells=delta, min_area_cells=1, swap_sides=is_swapped)
 
     assert (found is None) == (wanted is None)
     assert found is None or found.cost == pytest.approx(wanted, abs=1e-6)
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 2**32 - 1))
+def test_more_sets_are_the_next_best_ones(seed):
+    rng = np.random.default_rng(seed)
+    first, second = some_boxes(rng, 7), some_boxes(rng, 7)
+    sets = shared_triangles(first, second, delta_cells=3, min_area_cells=1, keep=10_000)
+    alike = corresponding(first, second, delta_cells=3)
+    wanted = naive.triangle_costs(first, second, alike, ONES)
+
+    assert [found.cost for found in sets] == pytest.approx(sorted(wanted), abs=1e-6)
+    assert sets[:5] == shared_triangles(first, second, delta_cells=3, min_area_cells=1, keep=5)
+
+
+@pytest.mark.parametrize(("width_1", "width_2", "ratio"), [(33, 32, 1.0313), (38, 33, 1.1515), (8, 7, 1.1429)])
+def test_the_ratios_that_the_paper_prints_are_of_sides_that_correspond(width_1, width_2, ratio):
+    first, second = np.array([[0, 0, width_1, 20]], np.int32), np.array([[0, 0, width_2, 20]], np.int32)
+
+    assert width_1 / width_2 == pytest.approx(ratio, abs=5.1e-5)  # 33/32 lies between two roundings
+    assert corresponding(first, second, delta_cells=Paper().delta_cells).all()
+
+
+def test_the_rectangles_that_section_iv_names_may_make_triangles():
+    assert Paper().max_rectangles >= 20
+    assert round(38 / 32, 4) == round(38 / 33 * 33 / 32, 4) == 1.1875
+
+
+def test_no_smaller_quotient_prints_the_ratio_of_the_second_iteration():
+    printed = [(w, v) for v in range(1, 33) for w in range(v, 2 * v) if round(w / v, 4) == 1.1515]
+
+    assert printed == []
+
+
+def test_sides_within_a_share_correspond_at_any_size():
+    first, second = np.array([[0, 0, 130, 65]], np.int32), np.array([[0, 0, 100, 50]], np.int32)
+
+    assert not corresponding(first, second, delta_cells=14).any()
+    assert corresponding(first, second, delta_cells=14, side_share=0.25).all()
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_both_triangles_are_in_the_order_of_size(seed):
+    rng = np.random.default_rng(seed)
+    found = best(some_boxes(rng, 9), some_boxes(rng, 9), delta_cells=6, min_area_cells=1)
+    assume(found is not None)
+
+    assert found.first == tuple(sorted(found.first))
+    assert found.second == tuple(sorted(found.second))
+
+
+def test_weights_decide_between_triangles():
+    boxes = np.array([[0, 0, 9, 9], [40, 0, 8, 8], [0, 30, 7, 7], [60, 60, 6, 6]], np.int32)
+    moved = boxes + np.array([[0, 0, 0, 0], [0, 0, 0, 0], [0, 9, 0, 0], [0, 0, 1, 0]], np.int32)
+
+    areas, angles = (best(boxes, moved, min_area_cells=1, weights=w) for w in ((1, 1, 1, 0, 0), (0, 0, 0, 1, 1)))
+
+    assert areas != angles
 
 
 @given(st.integers(0, 2**32 - 1))
 def test_the_cost_told_is_that_of_the_triangles_told(seed):
     rng = np.random.default_rng(seed)
     first, second = some_boxes(rng, 9), some_boxes(rng, 9)
-    found = shared_triangles(first, second, min_area_cells=1)
+    found = best(first, second, min_area_cells=1)
     assume(found is not None)
     one = naive.triangle_features(first[np.array(found.first) - 1])
     other = naive.triangle_features(second[np.array(found.second) - 1])
@@ -55,7 +119,7 @@ def test_the_cost_told_is_that_of_the_triangles_told(seed):
 
 def test_a_map_shares_its_triangles_with_itself_at_no_cost():
     boxes = some_boxes(np.random.default_rng(3), 12)
-    found = shared_triangles(boxes, boxes + np.array([5, 7, 0, 0], np.int32))
+    found = best(boxes, boxes + np.array([5, 7, 0, 0], np.int32))
 
     assert found is not None
     assert found.cost == pytest.approx(0, abs=1e-9)
@@ -64,7 +128,7 @@ def test_a_map_shares_its_triangles_with_itself_at_no_cost():
 def test_small_rectangles_take_no_part():
     boxes = some_boxes(np.random.default_rng(3), 12)
     large = (boxes[:, 2] * boxes[:, 3] >= 25).sum()
-    found = shared_triangles(boxes, boxes, min_area_cells=25)
+    found = best(boxes, boxes, min_area_cells=25)
 
     assert found is not None
     assert max(found.first + found.second) <= large
@@ -73,7 +137,7 @@ def test_small_rectangles_take_no_part():
 def test_a_limit_that_cut_the_list_is_told():
     boxes = some_boxes(np.random.default_rng(3), 12)
 
-    cut, whole = (shared_triangles(boxes, boxes, max_rectangles=most, min_area_cells=1) for most in (6, 12))
+    cut, whole = (best(boxes, boxes, max_rectangles=most, min_area_cells=1) for most in (6, 12))
 
     assert cut is not None
     assert whole is not None
@@ -82,12 +146,12 @@ def test_a_limit_that_cut_the_list_is_told():
 
 def test_nothing_is_shared_where_no_sides_fit():
     boxes = some_boxes(np.random.default_rng(3), 12)
-    assert shared_triangles(boxes, boxes * np.array([1, 1, 9, 9], np.int32)) is None
+    assert best(boxes, boxes * np.array([1, 1, 9, 9], np.int32)) is None
 
 
 def test_centres_on_one_line_make_no_triangle():
     boxes = np.array([[0, 0, 5, 5], [10, 10, 5, 5], [20, 20, 5, 5]], np.int32)
-    assert shared_triangles(boxes, boxes) is None
+    assert best(boxes, boxes) is None
 
 
 def test_swapped_sides_correspond_only_when_asked():
@@ -101,4 +165,4 @@ def test_swapped_sides_correspond_only_when_asked():
 def test_a_negative_limit_is_refused(limits):
     boxes = some_boxes(np.random.default_rng(3), 4)
     with pytest.raises(InputError, match=">= 0"):
-        shared_triangles(boxes, boxes, **limits)
+        best(boxes, boxes, **limits)

@@ -42,7 +42,7 @@ def test_the_method_lays_the_simple_maps_on_each_other(walked):
 
 def test_the_page_tells_what_the_method_found(walked):
     turns = [f"{math.degrees(turn.turn):.2f} degrees" for turn in walked.turns[:1]]
-    ratios = [f"{step.match.ratio:.4f}" for step in walked.passes]
+    ratios = [f"{step.match.ratio:.4f}" for step in walked.passes if step.is_rescaling]
     counts = f"{len(walked.rmaps[0])} and {len(walked.rmaps[1])} rectangles"
     scale = f"ends at {walked.passes[-1].scale_after:.4f}"
 

@@ -7,7 +7,7 @@ from scenarios.leaderboard.tuning import as_table, best_threshold, tuned_contend
 from scenarios.suites.toml_tables import structure
 
 OPEN = Entrant(
-    label="some", method="paper", set={"clean_specks": True}, space={"delta_cells": {"from": 1.0, "to": 9.0}}
+    label="some", method="paper", set={"inclusive_sides": True}, space={"delta_cells": {"from": 1.0, "to": 9.0}}
 )
 
 
@@ -34,9 +34,9 @@ def test_every_configuration_of_every_entrant_can_be_made():
 def test_the_first_configuration_is_the_authors_own_and_a_budget_holds_those_of_a_smaller_one():
     ways = OPEN.configurations(6)
 
-    assert ways[0].set == {"clean_specks": True}
+    assert ways[0].set == {"inclusive_sides": True}
     assert len({one.set["delta_cells"] for one in ways[1:]}) == 5
-    assert all(one.set["clean_specks"] for one in ways)
+    assert all(one.set["inclusive_sides"] for one in ways)
     assert OPEN.configurations(3) == ways[:3]
 
 

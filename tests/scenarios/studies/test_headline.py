@@ -6,8 +6,10 @@ from rectmerge.errors import InputError
 from scenarios.studies.headline import marks_of, write_report
 
 
-def step(lambda_a=63.0, lambda_b=45.0, lambda_f=180.0, ratio=1.004, cumulative=1.1875):
+def step(lambda_a=63.0, lambda_b=45.0, lambda_f=180.0, ratio=1.004, cumulative=1.1875, iteration=1, turned=None):
     return {
+        "iteration": iteration,
+        "cumulative_turn_deg": lambda_f if turned is None else turned,
         "lambda_a_deg": lambda_a,
         "lambda_b_deg": lambda_b,
         "lambda_f_deg": lambda_f,
@@ -37,9 +39,10 @@ def test_the_papers_own_trace_reaches_every_mark():
     # section IV: Lambda 63.4349 and 45, Lambda_f 180 then 0, ratios 33/32, 38/33 and 1 in three iterations
     marks = marks_of(
         row(
-            step(63.4349, 45.0, 180.0, 33 / 32, 33 / 32),
-            step(63.4349, 45.0, 0.0, 38 / 33, 38 / 32),
-            step(63.4349, 45.0, 0.0, 1.0, 38 / 32),
+            step(63.4349, 45.0, 180.0, None, 1.0, 1, 180.0),
+            step(63.4349, 45.0, 0.0, 33 / 32, 33 / 32, 1, 180.0),
+            step(63.4349, 45.0, 0.0, 38 / 33, 38 / 32, 2, 180.0),
+            step(63.4349, 45.0, 0.0, 1.0, 38 / 32, 3, 180.0),
         )
     )
 
@@ -116,7 +119,7 @@ def test_a_method_without_a_loop_can_be_right():
 
 
 def test_a_run_of_an_earlier_version_is_refused(tmp_path):
-    old = {**row(), "trace": {"iterations": [step()]}}
+    old = {**row(), "trace": {"iterations": [{"lambda_f_deg": 0.0}], "ended": True}}
 
     with pytest.raises(InputError, match="run the suite again"):
         write_report(write_run(tmp_path / "run", [old]), tmp_path / "README.md")
@@ -147,3 +150,28 @@ def test_a_run_of_another_suite_is_refused(tmp_path):
 def test_a_run_that_is_not_finished_is_refused(tmp_path):
     with pytest.raises(InputError, match="no finished run"):
         write_report(tmp_path, tmp_path / "README.md")
+
+
+def test_the_report_of_other_seeds_has_a_row_for_every_repair(tmp_path):
+    rows = [
+        {**row(step(), method=method, seed=50, outcome=outcome), "suite": "headline-test"}
+        for method, outcome in (
+            ("paper", "rejected"),
+            ("paper-repaired", "right-accepted"),
+            ("all but specks", "wrong-accepted"),
+        )
+    ]
+    run = write_run(tmp_path / "run", rows)
+    with (run / "run.toml").open("a") as settings:
+        for label in ("paper-repaired", "all but specks"):
+            settings.write(f'[[methods]]\nlabel = "{label}"\nmethod = "paper-repaired"\n')
+
+    write_report(run, tmp_path / "README.md")
+
+    text = (tmp_path / "README.md").read_text()
+    assert "| paper-repaired | 1 of 1 | 0 of 1 |" in text
+    assert "| all but specks | 0 of 1 | 1 of 1 |" in text
+    assert "| all but specks | 0 |" not in text  # no marks of the loop
+    assert "`all but specks` on" not in text
+    assert "## The trace of headline-0050" in text
+    assert "rectbench headline runs/headline-test -o results/headline/README.md" in text

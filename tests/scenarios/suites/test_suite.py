@@ -1,3 +1,4 @@
+import dataclasses
 import math
 import pickle
 from dataclasses import asdict, replace
@@ -161,7 +162,9 @@ def test_a_mistake_is_refused_with_its_path(tmp_path, old, new, complaint):
 
 
 def test_an_unknown_suite_names_those_there_are(tmp_path):
-    with pytest.raises(ScenarioError, match=r"no suite 'headlin'; there are: conditions, demo, headline, large"):
+    with pytest.raises(
+        ScenarioError, match=r"no suite 'headlin'; there are: conditions, demo, headline, headline-test, large"
+    ):
         load_suite("headlin")
     with pytest.raises(ScenarioError, match=r"none\.toml: cannot be read"):
         load_suite(tmp_path / "none.toml")
@@ -208,6 +211,13 @@ def test_a_source_yields_the_pairs_it_announced(tmp_path):
 
 @pytest.mark.sim
 @pytest.mark.slow
+def test_the_test_seeds_of_headline_differ_in_nothing_else():
+    (chosen_on,), (tested_on,) = (load_suite(name).scenarios for name in ("headline", "headline-test"))
+
+    assert tested_on.seeds == Seeds(first=50, count=50)
+    assert dataclasses.replace(tested_on, seeds=chosen_on.seeds) == chosen_on
+
+
 def test_headline_maps_have_the_papers_canvases_and_scale():
     pair = next(load_suite("headline").sources()[0].pairs())
 
