@@ -1,4 +1,4 @@
-"""Counting what the walls of one map meet in the other, placement by placement."""
+"""Counts of the distance codes of one map at the wall points of the other, per placement."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ def count_codes(
     codes: NDArray[np.uint8],
     counts: NDArray[np.int32],
 ) -> None:
-    """Add up, for each placement, the codes met by the points' faces: counts (N, codes).
+    """Count, for each placement, the codes at the points' faces: counts (N, codes).
 
-    `faces` (P, W) tells in which of W directions a point has free space; a placement turns direction k into direction
-    k + quarters of the other map, whose codes are `codes` (W, h, w). What falls outside meets nothing.
+    `faces` (P, W) marks in which of W directions a point has free space; a placement turns direction k into direction
+    k + quarters of the other map, whose codes are `codes` (W, h, w). Points outside the other map are not counted.
     """
-    ways, height, width = codes.shape
+    directions, height, width = codes.shape
     for i in range(len(placements)):
         a, b = placements[i, 0], placements[i, 1]
         tx, ty = placements[i, 2] + 0.5, placements[i, 3] + 0.5
@@ -32,6 +32,6 @@ def count_codes(
             if x < 0 or y < 0 or x >= width or y >= height:
                 continue
             u, v = int(x), int(y)
-            for k in range(ways):
+            for k in range(directions):
                 if faces[n, k]:
-                    counts[i, codes[(k + quarters[i]) % ways, v, u]] += 1
+                    counts[i, codes[(k + quarters[i]) % directions, v, u]] += 1

@@ -1,4 +1,4 @@
-"""How kernels are compiled: each once per machine, cached beside the source or in the user's cache, else in memory."""
+"""Compilation of kernels: once per machine, cached next to the source or in the user's cache, else in memory."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
 
 class _Notice(event.Listener):
-    """Logs a line before the process's first compilation; numba tells of none for what it reads from a cache."""
+    """Listener that logs a line before the process's first compilation; reading from a cache triggers no event."""
 
-    given = False
+    is_logged = False
 
-    def on_start(self, what: event.Event) -> None:
-        if self.given:
+    def on_start(self, compilation: event.Event) -> None:
+        if self.is_logged:
             return
-        self.given = True
-        cached = what.data["dispatcher"].stats.cache_path is not None
-        often = (
+        self.is_logged = True
+        is_cached = compilation.data["dispatcher"].stats.cache_path is not None
+        frequency = (
             "once on this machine for each part of the program"
-            if cached
+            if is_cached
             else "at every start: no cache can be written, NUMBA_CACHE_DIR may name a place"
         )
-        log.info("compiling the inner loops, which takes up to a minute (%s) ...", often)
+        log.info("compiling the inner loops, which takes up to a minute (%s) ...", frequency)
 
-    def on_end(self, what: event.Event) -> None:
-        """Do nothing: the line is said before the wait, not after it."""
+    def on_end(self, compilation: event.Event) -> None:
+        """Do nothing: the line comes before the wait, not after it."""
 
 
 NOTICE = _Notice()

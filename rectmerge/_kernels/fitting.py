@@ -230,7 +230,7 @@ def set_equations(
     surface_b: NDArray[np.float64],
     reach: float,
 ) -> tuple[float, int, int]:
-    """Set the normal equations to those of each map's surface on the other's; returns what `add_surface` does."""
+    """Set the normal equations to those of each map's surface on the other's; return the result of `add_surface`."""
     matrix[:] = 0
     vector[:] = 0
     scale = math.hypot(placement[0], placement[1])

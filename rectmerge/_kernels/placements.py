@@ -1,4 +1,4 @@
-"""Placements as rows (a, b, tx, ty): (x, y) goes to (a x - b y + tx, b x + a y + ty). Made, scored, told apart."""
+"""Placements as rows (a, b, tx, ty), (x, y) to (a x - b y + tx, b x + a y + ty): proposals, scores, suppression."""
 
 from __future__ import annotations
 
@@ -185,7 +185,7 @@ def add_bent_scores(
     fixed_cost: int,
     scores: NDArray[np.int64],
 ) -> None:
-    """As `add_scores`, where each block of points may shift by itself, at a cost per point and squared cell.
+    """Add scores as `add_scores` does, where each block of points may shift, at a cost per point and squared cell.
 
     Block k holds the points from starts[k] to starts[k + 1]; shifts go to `reach` cells in steps of `step`, and any
     shift costs `fixed_cost` besides. The field is padded with zeros by twice `reach` cells.

@@ -1,4 +1,4 @@
-"""Projection profiles of points: how sharply they pile up along a direction."""
+"""Energies of the projection profiles of points: largest where the points pile up along a direction."""
 
 from __future__ import annotations
 
@@ -12,7 +12,11 @@ from rectmerge._kernels.compiling import kernel
 
 @kernel
 def profile_energies(points: NDArray[np.float64], angles: NDArray[np.float64], bin_width: float) -> NDArray[np.float64]:
-    """Sum the squared counts of the points' profile on each direction; points (N, 2) are centred on the origin."""
+    """Sum the squared counts of the points' profile on each direction; points (N, 2) are centred on the origin.
+
+    Many angles in one compiled pass, one profile each. `rectmerge.analysis.dominant_angle` sums both axes of a frame
+    over unit bins in float64, for the single direction that the paper's method needs.
+    """
     reach = 0.0
     for k in range(len(points)):
         reach = max(reach, math.hypot(points[k, 0], points[k, 1]))

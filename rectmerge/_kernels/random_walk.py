@@ -1,4 +1,4 @@
-"""Random walks over placements, guided by how far the cells of two maps lie from cells of the same value."""
+"""Random walks over placements that minimise the distances of cells of two maps to cells of the same value."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.compiling import kernel
 
-COORDINATES = 4  # of a placement: angle, ln scale, and where the middle of B comes to be on A, u and v
+COORDINATES = 4  # of a placement: angle, ln scale, and the place (u, v) of the middle of B on A
 
 
 @kernel
@@ -22,10 +22,10 @@ def distance_sums(
     u0: float,
     v0: float,
 ) -> tuple[float, float]:
-    """Place points (N, 2) and return the means of their distance in `same`, and of agreement there less `other`'s.
+    """Place points (N, 2) and return their mean distance to cells of their value, and agreeing less disagreeing cells.
 
     `same` and `other`, shape (H, W), hold each cell's distance to one of the points' value and to one of the opposite
-    value. Beyond their border the Manhattan distance to the border is added.
+    value. Beyond their border the Manhattan distance to the border is added. The second number is a share of N.
     """
     height, width = same.shape
     distance, agreement = 0.0, 0.0
@@ -100,10 +100,10 @@ def walk(
         for i in range(COORDINATES):
             sample[i] = here[i] + step[i] * noise[k, i]
         sample[1] = min(max(sample[1], scale_bounds[0]), scale_bounds[1])
-        found = dissimilarity(sample, cells_a, cells_b, maps_a, maps_b, middle, lock)
-        if found <= value or luck[k]:
+        sample_value = dissimilarity(sample, cells_a, cells_b, maps_a, maps_b, middle, lock)
+        if sample_value <= value or luck[k]:
             here[:] = sample
-            value = found
+            value = sample_value
             history[next_slot] = sample
             next_slot = (next_slot + 1) % count
             renew = True

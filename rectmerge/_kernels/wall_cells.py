@@ -1,4 +1,4 @@
-"""The walls of a map, and shrinking it to its working grid: where in each cell the walls' surface lies."""
+"""Occupied cells of a map: kinds (inside, surface, speck), surface normals, and their counts on a working grid."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ INSIDE, SURFACE, SPECK = 0, 1, 2  # kinds of occupied cells: no free neighbour, 
 
 @kernel
 def is_speck(cells: NDArray[np.int8], row: int, col: int) -> bool:
-    """Whether the occupied component at a cell is small and free all around."""
+    """Return if the occupied component at a cell is small and surrounded by free cells.
+
+    It follows one component from one cell; `rectmerge.analysis.specks` labels the components of a whole mask.
+    """
     height, width = cells.shape
     rows = np.empty(LARGEST_SPECK, np.int64)
     cols = np.empty(LARGEST_SPECK, np.int64)
@@ -42,7 +45,7 @@ def is_speck(cells: NDArray[np.int8], row: int, col: int) -> bool:
 
 @kernel
 def known_bounds(cells: NDArray[np.int8]) -> tuple[int, int, int, int]:
-    """First and last row and column that hold a known cell; (H, -1, W, -1) where none does."""
+    """Return the first and last row and column that hold a known cell; (H, -1, W, -1) where none does."""
     height, width = cells.shape
     top, bottom, left, right = height, -1, width, -1
     for r in range(height):
@@ -63,7 +66,7 @@ def known_bounds(cells: NDArray[np.int8]) -> tuple[int, int, int, int]:
 def describe_walls(
     cells: NDArray[np.int8], occupied: NDArray[np.int64]
 ) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
-    """Tell of each occupied cell, given by its flat index, its kind and the normal into the free space beside it.
+    """Return the kind of each occupied cell, given by its flat index, and the normal into the free space next to it.
 
     `cells` is -1 unknown, 0 free, 100 occupied. A normal is (0, 0) where the free cells within two cells are balanced,
     and inside walls.
@@ -73,15 +76,15 @@ def describe_walls(
     normals = np.zeros((len(occupied), 2), np.float32)
     for k in range(len(occupied)):
         r, c = occupied[k] // width, occupied[k] % width
-        beside_free, alike = 0, 0
+        near_free, near_occupied = 0, 0
         for i in range(max(0, r - 1), min(height, r + 2)):
             for j in range(max(0, c - 1), min(width, c + 2)):
-                beside_free += cells[i, j] == 0
-                alike += cells[i, j] > 0
-        if beside_free == 0:
+                near_free += cells[i, j] == 0
+                near_occupied += cells[i, j] > 0
+        if near_free == 0:
             continue
         kinds[k] = SURFACE
-        if beside_free + alike == 9 and alike <= LARGEST_SPECK and is_speck(cells, r, c):
+        if near_free + near_occupied == 9 and near_occupied <= LARGEST_SPECK and is_speck(cells, r, c):
             kinds[k] = SPECK
         nx, ny = 0.0, 0.0
         for i in range(max(0, r - 2), min(height, r + 3)):
@@ -122,10 +125,10 @@ def count_walls(
 
 
 @kernel
-def specks_of_few(cells: NDArray[np.int8], weights: NDArray[np.int32], most: int) -> NDArray[np.bool_]:
-    """Mark the specks of a working grid that stand for at most `most` cells each of the map."""
+def light_specks(cells: NDArray[np.int8], weights: NDArray[np.int32], max_weight: int) -> NDArray[np.bool_]:
+    """Mark the cells of specks of a working grid that stand for at most `max_weight` cells of the map."""
     marked = np.zeros(cells.shape, np.bool_)
     for r in range(1, cells.shape[0] - 1):
         for c in range(1, cells.shape[1] - 1):
-            marked[r, c] = cells[r, c] > 0 and weights[r, c] <= most and is_speck(cells, r, c)
+            marked[r, c] = cells[r, c] > 0 and weights[r, c] <= max_weight and is_speck(cells, r, c)
     return marked

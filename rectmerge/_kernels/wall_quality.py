@@ -1,4 +1,4 @@
-"""What single wall cells tell of a map: how thick the walls are there and whether they run straight."""
+"""Thickness and straightness of the walls of a map at single wall cells."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SMOOTHING = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16  # nearly a Gaussian of one
 
 @kernel
 def run_through(mask: NDArray[np.bool_], row: int, col: int, down: int, right: int) -> int:
-    """Count the cells of the run through a cell along a direction."""
+    """Count the cells of the run through a cell in the direction (down, right)."""
     height, width = mask.shape
     count = 1
     for sign in (-1, 1):
@@ -27,7 +27,7 @@ def run_through(mask: NDArray[np.bool_], row: int, col: int, down: int, right: i
 
 @kernel
 def thickness_at(mask: NDArray[np.bool_], cells: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Length of the shortest of the four runs through each cell (row, col) of a mask, in cells."""
+    """Measure the shortest of the four runs through each cell (row, col) of a mask, in cells."""
     shortest = np.empty(len(cells))
     for k in range(len(cells)):
         r, c = cells[k]
@@ -39,7 +39,10 @@ def thickness_at(mask: NDArray[np.bool_], cells: NDArray[np.intp]) -> NDArray[np
 
 @kernel
 def coherence_at(mask: NDArray[np.bool_], cells: NDArray[np.intp], reach: int) -> NDArray[np.float64]:
-    """Coherence of the structure tensor within `reach` of each cell: 1 along a line, about 0 in a cloud of points."""
+    """Return the coherence of the structure tensor around each cell: 1 along a line, about 0 in a cloud of points.
+
+    The tensor sums over the cells within `reach` to all sides.
+    """
     height, width = mask.shape
     side = 2 * reach + 1 + 6  # two cells for smoothing, one for the slope, on each side
     patch, half, soft = np.empty((side, side)), np.zeros((side, side)), np.zeros((side, side))

@@ -1,1 +1,1 @@
-"""What can be measured on maps: overlap, accuracy, specks, orientation."""
+"""Measurements on maps: overlap, accuracy, specks, orientation, wall faces."""

@@ -1,4 +1,4 @@
-"""Distances to walls as small codes, one byte a cell: what likelihoods are looked up by."""
+"""Codes of the distance to walls, one byte a cell, as indices into tables of likelihoods."""
 
 from __future__ import annotations
 

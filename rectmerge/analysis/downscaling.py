@@ -1,4 +1,4 @@
-"""Maps shrunk to a size that a search can afford, and the way back to their own pixels."""
+"""Maps shrunk by whole blocks of cells to a size that a search can afford, with the similarity back to their pixels."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rectmerge.similarity import Similarity
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shrunk:
-    """A map cut to its known cells, a block of its cells in one.
+    """A map cut to its known cells, with one cell for each block of its cells.
 
     Parameters
     ----------
@@ -22,6 +22,10 @@ class Shrunk:
         The shrunk map. A block with an occupied cell is occupied; else it is free where half of it is.
     to_given
         From its pixels to those of the map as given; its scale is the side of a block.
+
+    Notes
+    -----
+    `rectmerge.baselines.images.resize` makes grey images by any factor instead, for methods that work on images.
     """
 
     grid: OccupancyGrid
@@ -46,7 +50,7 @@ def shrunk_bounds(scale: tuple[float, float], a: Shrunk, b: Shrunk) -> tuple[flo
 
 
 def between_given(pixels: Similarity, a: Shrunk, b: Shrunk) -> Similarity:
-    """Turn a placement of one shrunk map on another into that of the maps as given."""
+    """Return the placement of the maps as given, from that of the shrunk ones."""
     return a.to_given @ pixels @ b.to_given.inverse()
 
 

@@ -1,4 +1,4 @@
-"""How two maps agree under a given placement: overlap and conflict, from their cells alone."""
+"""Agreement of two maps under a given placement: overlap and conflict, from their cells alone."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 
 CONFLICT_REACH_CELLS = 2  # a wall this close to the other map's wall agrees with it
-MOST_WALL_CELLS = 5_000  # an evenly spaced choice of more says the same
-SAMPLED_CELLS = 80_000  # so it is with areas
+MAX_WALL_CELLS = 5_000  # of larger maps an evenly spaced sample
+SAMPLED_CELLS = 80_000  # likewise, for areas
 
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """How two maps agree under a placement; every figure lies in 0..1.
+    """Overlap and conflict of two maps under a placement; every figure lies in 0..1.
 
     Parameters
     ----------
@@ -41,15 +41,15 @@ def measure_agreement(a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) ->
     return AgreementMeter(a, b).measure(pixels)
 
 
-def cells_of(mask: NDArray[np.bool_], most: int) -> NDArray[np.intp]:
-    """List the cells (row, col) of a mask, shape (N, 2): all of them, or about `most`, evenly spaced."""
+def cells_of(mask: NDArray[np.bool_], max_cells: int) -> NDArray[np.intp]:
+    """List the cells (row, col) of a mask, shape (N, 2): all of them, or about `max_cells`, evenly spaced."""
     flat = np.flatnonzero(mask)
-    flat = flat[:: -(-len(flat) // most) or 1]
+    flat = flat[:: -(-len(flat) // max_cells) or 1]
     return np.stack(np.divmod(flat, mask.shape[1]), axis=1)
 
 
 def area_overlap(a: NDArray[np.uint8], b: NDArray[np.uint8], pixels: NDArray[np.float64]) -> tuple[float, float]:
-    """Share of the smaller area, and of the union, that two masks have in common.
+    """Return the common area of two masks as a share of the smaller one, and of their union.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def area_overlap(a: NDArray[np.uint8], b: NDArray[np.uint8], pixels: NDArray[np.
 
 
 class AgreementMeter:
-    """Two maps made ready to be compared under several placements.
+    """Two maps prepared to measure their agreement under several placements.
 
     Parameters
     ----------
@@ -83,14 +83,15 @@ class AgreementMeter:
         """Measure overlap and conflict of B placed on A by the pixel similarity `pixels`."""
         a, b = self._a, self._b
         overlap, iou = area_overlap(a.free, b.free, pixels.matrix)
-        bad_b, seen_b = b.walls_on(a, pixels)
-        bad_a, seen_a = a.walls_on(b, pixels.inverse())
-        return Agreement(overlap=overlap, iou=iou, conflict=(bad_a + bad_b) / max(1, seen_a + seen_b))
+        conflicting_b, known_b = b.walls_on(a, pixels)
+        conflicting_a, known_a = a.walls_on(b, pixels.inverse())
+        conflict = (conflicting_a + conflicting_b) / max(1, known_a + known_b)
+        return Agreement(overlap=overlap, iou=iou, conflict=conflict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _MapLayers:
-    """One of the maps: its free mask, where it is known, where it is free away from walls, and its walls as (u, v)."""
+    """Masks of a map (free, known, free away from walls) and its walls as (u, v)."""
 
     free: NDArray[np.uint8]
     is_known: NDArray[np.bool_]
@@ -102,7 +103,7 @@ class _MapLayers:
         free, occupied = grid.free, grid.occupied
         size = 2 * CONFLICT_REACH_CELLS + 1
         near = cv2.dilate(occupied.view(np.uint8), np.ones((size, size), np.uint8)).astype(np.bool_)
-        walls = cells_of(occupied, MOST_WALL_CELLS)[:, ::-1]
+        walls = cells_of(occupied, MAX_WALL_CELLS)[:, ::-1]
         return cls(free.view(np.uint8), free | near, free & ~near, walls)
 
     def walls_on(self, other: _MapLayers, pixels: Similarity) -> tuple[int, int]:

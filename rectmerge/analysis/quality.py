@@ -1,4 +1,4 @@
-"""How accurate a map is in itself: specks, the thickness of its walls and how straight they run."""
+"""Accuracy of a map in itself: specks, and the thickness and straightness of its walls."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from rectmerge._kernels.wall_quality import coherence_at, thickness_at
 from rectmerge.analysis.overlap import cells_of
 from rectmerge.grid import OccupancyGrid
 
-REACH_CELLS = 5  # walls are judged straight this far to all sides
-JUDGED_CELLS = 300  # evenly spaced wall cells, on which thickness and straightness are measured
-COHERENT = 0.8  # of the structure tensor: 1 along a line, about 0 at a corner or in a cloud of points
+REACH_CELLS = 5  # half the side of the square in which straightness is measured
+SAMPLED_CELLS = 300  # evenly spaced wall cells, on which thickness and straightness are measured
+COHERENT = 0.8  # least coherence of a straight wall: 1 along a line, about 0 at a corner or in a cloud of points
 
 
 @dataclass(frozen=True, slots=True)
 class MapQuality:
-    """A map's own accuracy; a figure is None where the map has no walls to measure it on.
+    """Accuracy of one map; a figure is None where the map has no walls to measure it on.
 
     Parameters
     ----------
     speckle
-        Share of the known cells of which no neighbour (of eight) is of the same kind, 0..1. A clean map has 0.
+        Share of the known cells without a neighbour (of eight) of the same value, 0..1. A clean map has 0.
     wall_thickness_cells
-        Median thickness of the walls, in cells. A scanner's noise and double walls make it grow.
+        Median thickness of the walls, in cells. A scanner's noise and double walls increase it.
     straightness
         Share of the wall cells around which, over 11 cells, the walls run along one line, 0..1. Corners, ends and
-        doors count as not straight: large rooms drawn clean have about 0.9, small ones 0.4, a cloud of points 0.
+        doors count as not straight: clean large rooms have about 0.9, small ones 0.4, a cloud of points 0.
     """
 
     speckle: float
@@ -38,12 +38,12 @@ class MapQuality:
     straightness: float | None
 
     def as_dict(self) -> dict[str, float]:
-        """Return the figures that could be measured, by name."""
+        """Return the measured figures, by name."""
         return {name: value for name, value in dataclasses.asdict(self).items() if value is not None}
 
 
 def measure_quality(grid: OccupancyGrid) -> MapQuality:
-    """Measure a map's own accuracy from its cells; nothing else is known of it.
+    """Measure the accuracy of a map from its cells alone.
 
     Examples
     --------
@@ -56,7 +56,7 @@ def measure_quality(grid: OccupancyGrid) -> MapQuality:
     known = int(np.count_nonzero(free)) + int(np.count_nonzero(occupied))
     lone_free, lone_walls = _alone(free), _alone(occupied)
     walls = occupied & ~lone_walls
-    cells = cells_of(walls, JUDGED_CELLS)
+    cells = cells_of(walls, SAMPLED_CELLS)
     return MapQuality(
         speckle=int(np.count_nonzero(lone_free) + np.count_nonzero(lone_walls)) / max(1, known),
         wall_thickness_cells=float(np.median(thickness_at(walls, cells))) if len(cells) else None,
@@ -65,7 +65,7 @@ def measure_quality(grid: OccupancyGrid) -> MapQuality:
 
 
 def _alone(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Mark the cells of a mask that touch no other one, corners included."""
+    """Mark the cells of a mask without a neighbour in it, corners included."""
     around = cv2.boxFilter(mask.view(np.uint8), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
     alone: NDArray[np.bool_] = mask & (around == 1)
     return alone

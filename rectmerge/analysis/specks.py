@@ -1,4 +1,4 @@
-"""Specks: single cells that contradict everything around them, which noise leaves in a map."""
+"""Specks: patches of a few cells that differ from all cells around them, left in a map by noise."""
 
 from __future__ import annotations
 
@@ -11,24 +11,29 @@ from rectmerge.grid import FREE, OccupancyGrid
 
 
 def remove_specks(grid: OccupancyGrid, *, max_speck_cells: int = 2) -> OccupancyGrid:
-    """Remove small patches that stand alone: not free ones inside free space, free ones inside the rest.
+    """Remove small patches that stand alone: occupied or unknown ones in free space, free ones elsewhere.
 
     Parameters
     ----------
     grid
         The map; it is not changed.
     max_speck_cells
-        Patches of at most so many cells are specks, cells that touch at a corner taken together; 0 changes nothing.
+        Largest number of cells of a speck, cells that touch at a corner counted together; 0 changes nothing.
 
     Returns
     -------
     OccupancyGrid
-        In it specks in free space are free, and free specks have the value of the neighbour that is most occupied.
+        The map with specks in free space made free, and free specks given the value of their most occupied neighbour.
 
     Raises
     ------
     InputError
         If `max_speck_cells` is negative.
+
+    Notes
+    -----
+    This cleans whole maps, for the paper's method and for floor plans. `rectmerge._kernels.wall_cells.is_speck` tests
+    one occupied cell at a time, for `robust`, which frees specks on its working grid only.
 
     Examples
     --------
@@ -51,13 +56,13 @@ def remove_specks(grid: OccupancyGrid, *, max_speck_cells: int = 2) -> Occupancy
     return OccupancyGrid(cells, grid.resolution, grid.origin)
 
 
-def small_patches(mask: NDArray[np.bool_], most: int) -> NDArray[np.bool_]:
-    """Mark the connected patches of a mask, shape (H, W), of at most `most` cells that do not touch the border."""
+def small_patches(mask: NDArray[np.bool_], max_cells: int) -> NDArray[np.bool_]:
+    """Mark the connected patches of a mask, shape (H, W), of at most `max_cells` cells that do not touch the border."""
     _, patches, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
     height, width = mask.shape
     left, top, w, h, area = stats.T
     inside = (left > 0) & (top > 0) & (left + w < width) & (top + h < height)
-    small = (area <= most) & inside
+    small = (area <= max_cells) & inside
     small[0] = False  # the background
     marked: NDArray[np.bool_] = small[patches]
     return marked

@@ -1,4 +1,4 @@
-"""The cells of one map as the method reads them: three values, and its walls cell by cell."""
+"""Cells of a map in three values (unknown, free, occupied), with a description of each occupied cell."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MapCells:
-    """A map's cells, and what the neighbours of its occupied cells tell of them; W of those.
+    """Cells of a map, and kinds and normals of its W occupied cells.
 
     Parameters
     ----------
     values
         -1 unknown, 0 free, 100 occupied, shape (H, W).
     rows, cols
-        Shape (W,): where the occupied cells are.
+        Shape (W,): rows and columns of the occupied cells.
     kinds
         Shape (W,), int8: inside a wall, on its surface, or a speck, as `rectmerge._kernels.wall_cells` numbers them.
     normals
-        Shape (W, 2), float32: (nx, ny) into the free space beside a surface cell; (0, 0) where there is none.
+        Shape (W, 2), float32: (nx, ny) into the free space next to a surface cell; (0, 0) where there is none.
     """
 
     values: NDArray[np.int8]
@@ -52,11 +52,11 @@ class MapCells:
         )
 
     def roughness(self) -> float:
-        """Share of neighbouring known cells of which one is free and one occupied, 0..1."""
+        """Return the share of pairs of neighbouring known cells that are one free and one occupied, 0..1."""
         values, differ, pairs = self.values, 0, 0
-        for one, two in ((values[1:], values[:-1]), (values[:, 1:], values[:, :-1])):
-            is_known = (one >= 0) & (two >= 0)
-            differ += int(np.count_nonzero(is_known & (one != two)))
+        for later, earlier in ((values[1:], values[:-1]), (values[:, 1:], values[:, :-1])):
+            is_known = (later >= 0) & (earlier >= 0)
+            differ += int(np.count_nonzero(is_known & (later != earlier)))
             pairs += int(np.count_nonzero(is_known))
         return differ / max(1, pairs)
 

@@ -16,7 +16,7 @@ NORMALS = 4  # of the faces of an orthogonal frame
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WallFaces:
-    """Faces of the wall points of a map by outward normal, and the distance of each cell to the next wall of a normal.
+    """Faces of a map's wall points by outward normal, and distances of its cells to the nearest wall of each normal.
 
     Normal k points at ``angle + k * 90`` degrees, from u towards v in the grid.
 
@@ -103,7 +103,7 @@ class WallFaces:
 def run_lengths(
     across: NDArray[np.float64], along: NDArray[np.float64], *, width_cells: float, gap_cells: float
 ) -> NDArray[np.float64]:
-    """Measure the straight run that each point is part of, shape (N,): points in a row along, close across."""
+    """Measure the straight run of each point, shape (N,): neighbours close in `along` and equal in `across`."""
     if len(across) == 0:
         return np.empty(0)
     lane = np.rint(across / width_cells)

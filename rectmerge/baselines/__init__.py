@@ -1,1 +1,1 @@
-"""What people use instead: each method written from its paper, behind the same protocol."""
+"""Baselines: the methods in common use, each written from its article, behind the protocol of all methods."""

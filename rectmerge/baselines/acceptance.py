@@ -1,4 +1,4 @@
-"""How the cells of two maps agree under a placement: Carpin's acceptance index, and the share of shared walls."""
+"""Cell agreement of two maps under a placement: Carpin's acceptance index, and the share of shared walls."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 
 SAMPLED_CELLS = 80_000  # an evenly spaced choice of more of A's cells says the same
-FREE, OCCUPIED = 1, 2  # bits, so that "and" tells what agrees; 0 is unknown
+FREE, OCCUPIED = 1, 2  # bits: "and" of two codes is above 0 where they agree; 0 is unknown
 Codes = NDArray[np.uint8]
 
 
 class CellComparison:
-    """Two maps made ready to be compared cell by cell under several placements.
+    """Two maps prepared for a comparison cell by cell under several placements.
 
     Parameters
     ----------
@@ -46,16 +46,16 @@ class CellComparison:
         return agree / max(1, known)
 
     def known_share(self, pixels: Similarity) -> float:
-        """Return how much of the smaller map is known in both, 0..1."""
+        """Return the share of the smaller map that is known in both, 0..1."""
         both = cv2.countNonZero(cv2.min(self._a, self._placed(pixels)))
         known_b = cv2.countNonZero(self._b) * pixels.scale**2 / self._step**2
         return min(1.0, both / max(1.0, min(cv2.countNonZero(self._a), known_b)))
 
     def shared_walls(self, pixels: Similarity) -> float:
-        """Return the share of both maps' occupied cells that lie on or beside one of the other map, 0..1.
+        """Return the share of both maps' occupied cells that lie on or next to one of the other map, 0..1.
 
-        Occupied cells where the other map knows nothing count as not shared, so that neither a small overlap nor a map
-        shrunk into the other's free space looks good.
+        Occupied cells where the other map is unknown count as not shared. So a small overlap scores low, and so does a
+        map shrunk into the other's free space.
         """
         walls_b, near_b = _walls(self._placed(pixels))
         matched_a = cv2.countNonZero(cv2.bitwise_and(self._walls_a, near_b))
@@ -63,7 +63,7 @@ class CellComparison:
         return min(1.0, (matched_a + matched_b) / max(1.0, self._area_a + self._area_b * pixels.scale**2))
 
     def _placed(self, pixels: Similarity) -> Codes:
-        """Read B at A's sampled cells."""
+        """Return the codes of B at A's sampled cells."""
         placed = cv2.warpAffine(self._b, pixels.matrix / self._step, self._a.shape[::-1], flags=cv2.INTER_NEAREST)
         return np.asarray(placed, np.uint8)
 

@@ -1,4 +1,4 @@
-"""One-to-one matches of keypoints, and the similarity on which most of them agree."""
+"""One-to-one matches of keypoints, and the similarity with the most inliers among them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from rectmerge.errors import InputError
 from rectmerge.similarity import Similarity
 
 AT_ONCE = 1_000_000  # hypotheses times matches that are held in memory
-ROUNDS = 3  # of fitting to those who agree
-FEWEST = 3  # any two agree on something
+ROUNDS = 3  # of fitting to the inliers
+FEWEST = 3  # inliers; any two matches define a similarity
 Points = NDArray[np.float64]
 
 
 def mutual_matches(a: NDArray[np.uint8], b: NDArray[np.uint8], finder: cv2.Feature2D) -> tuple[Points, Points]:
-    """Match the keypoints of two images that are each other's nearest; return where in A and in B, (N, 2)."""
+    """Match the keypoints of two images that are each other's nearest; return their points in A and in B, (N, 2)."""
     (keypoints_a, described_a), (keypoints_b, described_b) = (finder.detectAndCompute(image, None) for image in (a, b))
     if not keypoints_a or not keypoints_b:
         return np.empty((0, 2)), np.empty((0, 2))
@@ -36,7 +36,7 @@ def agreed_similarity(
     samples: int,
     rng: np.random.Generator,
 ) -> Placement | None:
-    """Find the similarity from B to A that most matches agree on.
+    """Find the similarity from B to A with the most inliers.
 
     Parameters
     ----------
@@ -45,16 +45,16 @@ def agreed_similarity(
     scale
         Bounds of the scale; samples further outside than 5 % are not tried.
     reach
-        How far from its place a point that agrees may be, in pixels of A.
+        Largest distance of an inlier from its match, in pixels of A.
     samples
         Pairs of matches that are drawn.
     rng
-        Draws them.
+        Source of the draws.
 
     Returns
     -------
     Placement | None
-        With the confidence inliers / (8 + 0.3 matches); None where fewer than three matches agree.
+        With the confidence inliers / (8 + 0.3 matches); None where there are fewer than three inliers.
 
     Notes
     -----
@@ -86,7 +86,7 @@ def _chunks(values: NDArray[np.complex128], matches: int) -> list[NDArray[np.com
 
 
 def _fitted(a: Points, b: Points, agrees: NDArray[np.bool_], reach: float) -> Placement | None:
-    """Fit the similarity to the matches that agree, anew to those that agree with it."""
+    """Fit the similarity to the inliers, then again to the inliers of that fit."""
     for _ in range(ROUNDS):
         if np.count_nonzero(agrees) < FEWEST:
             return None

@@ -1,4 +1,4 @@
-"""The peer `fourier-mellin`: rotation and scale from the amplitude spectra, then translation, by phase correlation."""
+"""Baseline `fourier-mellin`: rotation and scale from the amplitude spectra, then translation, by phase correlation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 
-SMALLEST_SIDE = 32  # fewer frequencies tell nothing of a turn
+SMALLEST_SIDE = 32  # fewer frequencies do not determine a turn
 Image = NDArray[np.float32]
 
 
@@ -29,11 +29,11 @@ class FourierMellin:
     Parameters
     ----------
     layer
-        The layer that is registered: "occupied" or "free" cells, 1 where a cell is, else 0.
+        The layer that is registered: "occupied" or "free" cells, 1 for such a cell, else 0.
     side
         Side in cells of the square that either map is put on, and the number of angles and of radii of its spectrum.
     peaks
-        Peaks of the spectra's correlation that are followed up; each is a turn, and that turn half round.
+        Peaks of the spectra's correlation that are tried; each is a turn, and that turn plus half a turn.
     accept_at
         The least peak of the translation's phase correlation, 0..1, that is accepted.
 
@@ -75,11 +75,11 @@ class FourierMellin:
         placements: list[Placement] = []
         if all(layer.any() for layer in layers):
             factors, middle = working_factors(a, b, scale, self.side), middle_scale(scale)
-            one, two = (resize(layer, factor) for layer, factor in zip(layers, factors, strict=True))
+            on_a, on_b = (resize(layer, factor) for layer, factor in zip(layers, factors, strict=True))
             bounds = scale[0] / middle, scale[1] / middle
-            for turn in find_turns(one.image, two.image, bounds, self.side, self.peaks):
-                found, score = find_shift(one.image, two.image, turn, self.side)
-                placements.append(Placement(one.to_grid @ found @ two.to_grid.inverse(), score))
+            for turn in find_turns(on_a.image, on_b.image, bounds, self.side, self.peaks):
+                pixels, score = find_shift(on_a.image, on_b.image, turn, self.side)
+                placements.append(Placement(on_a.to_grid @ pixels @ on_b.to_grid.inverse(), score))
         return answer(
             self.name,
             a,
@@ -91,8 +91,8 @@ class FourierMellin:
         )
 
 
-def find_turns(a: Image, b: Image, scale: tuple[float, float], side: int, most: int) -> Iterator[Similarity]:
-    """Find turns with scales that take image B's amplitude spectrum to A's, each with the one half a turn on.
+def find_turns(a: Image, b: Image, scale: tuple[float, float], side: int, max_peaks: int) -> Iterator[Similarity]:
+    """Find turns with scales that take image B's amplitude spectrum to A's, each also with half a turn added.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def find_turns(a: Image, b: Image, scale: tuple[float, float], side: int, most: 
         Bounds of the scale.
     side
         Side of the square that is transformed; the number of angles and of radii.
-    most
+    max_peaks
         Peaks of the phase correlation that are taken.
     """
     angle_step, radius_step = math.pi / side, math.log(side / 2) / side
@@ -112,7 +112,7 @@ def find_turns(a: Image, b: Image, scale: tuple[float, float], side: int, most: 
     slack = radius_step / 2
     is_within = (log_scales >= math.log(scale[0]) - slack) & (log_scales <= math.log(scale[1]) + slack)
     surface[:, ~is_within] = -np.inf
-    for row, col in highest_maxima(surface, most):
+    for row, col in highest_maxima(surface, max_peaks):
         down, along = _between_bins(surface, row, col)
         turn = (row + down) * angle_step
         size = math.exp(float(log_scales[col]) - along * radius_step)
@@ -121,7 +121,7 @@ def find_turns(a: Image, b: Image, scale: tuple[float, float], side: int, most: 
 
 
 def find_shift(a: Image, b: Image, turn: Similarity, side: int) -> tuple[Similarity, float]:
-    """Find the translation that belongs to a turn with a scale, and the peak of its phase correlation, 0..1."""
+    """Find the translation for a turn with a scale, and the peak of its phase correlation, 0..1."""
     canvas = 2 * side
     middle = (np.array([b.shape[1], b.shape[0]]) - 1) / 2
     tx, ty = side - turn.apply(middle)
@@ -136,18 +136,18 @@ def find_shift(a: Image, b: Image, turn: Similarity, side: int) -> tuple[Similar
 
 
 def phase_correlation(a: Image, b: Image) -> Image:
-    """Correlate the phases of two images of one shape: the value at (row, col) speaks for B moved by that shift."""
+    """Correlate the phases of two images of one shape: the value at (row, col) scores B moved by that shift."""
     cross = np.fft.rfft2(a) * np.conj(np.fft.rfft2(b))
     magnitude = np.abs(cross)
     phases = np.divide(cross, magnitude, out=np.zeros_like(cross), where=magnitude > 1e-9 * magnitude.max())
     return np.asarray(np.fft.irfft2(phases, s=a.shape), np.float32)
 
 
-def highest_maxima(surface: Image, most: int) -> list[tuple[int, int]]:
+def highest_maxima(surface: Image, max_peaks: int) -> list[tuple[int, int]]:
     """List the highest local maxima, as (row, col), best first."""
     is_peak = (surface >= cv2.dilate(surface, np.ones((5, 5), np.uint8))) & np.isfinite(surface)
     cells = np.flatnonzero(is_peak)
-    best = cells[np.argsort(-surface.ravel()[cells], kind="stable")[:most]]
+    best = cells[np.argsort(-surface.ravel()[cells], kind="stable")[:max_peaks]]
     return [(int(row), int(col)) for row, col in zip(*np.divmod(best, surface.shape[1]), strict=True)]
 
 
@@ -170,7 +170,7 @@ def _on_square(image: Image, side: int) -> Image:
 
 
 def _between_bins(surface: Image, row: int, col: int) -> tuple[float, float]:
-    """Find where between the bins a peak lies, by a parabola along either axis, each -0.5..0.5."""
+    """Find the offset of a peak from its bin by a parabola along either axis, each -0.5..0.5."""
     offsets = []
     for line, at in ((surface[:, col], row), (surface[row], col)):
         before, peak, after = (float(line[(at + k) % len(line)]) for k in (-1, 0, 1))

@@ -1,4 +1,4 @@
-"""The peer `hough-spectrum`: rotations from the Hough spectra, translations from the X and Y spectra."""
+"""Baseline `hough-spectrum`: rotations from the Hough spectra, translations from the X and Y spectra."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ class HoughSpectrum:
     angle_step_deg
         Width of a bin of the Hough spectrum.
     turns
-        Local maxima of the Hough spectra's correlation that are followed up; each is a turn, and that turn half round.
+        Local maxima of the Hough spectra's correlation that are tried; each is a turn, and that turn plus half a turn.
     shifts
         Maxima of the X spectra's correlation, and of the Y spectra's, that are combined for each turn.
     scale_search
-        False: the scale is the middle of its bounds, 1 where nothing is known, as the method is rigid. True: scales all
-        over the bounds are tried.
+        False: the scale is the middle of its bounds, 1 where nothing is known, as the method is rigid. True: scales
+        across the bounds are tried.
     scale_step
-        Between the scales that are tried, in ln s.
+        Step between the scales that are tried, in ln s.
     rank_by
         The score: "acceptance", Carpin's acceptance index, or "walls", the share of shared walls.
     longest_cells
@@ -95,8 +95,8 @@ class HoughSpectrum:
         if len(on_a) and len(on_b):
             comparison = CellComparison(a, b)
             score = comparison.acceptance_index if self.rank_by == "acceptance" else comparison.shared_walls
-            found = self._hypotheses(on_a, on_b, scale, bin_cells=max(1.0, max(a.shape) / self.longest_cells))
-            placements = [Placement(pixels, score(pixels)) for pixels in found]
+            hypotheses = self._hypotheses(on_a, on_b, scale, bin_cells=max(1.0, max(a.shape) / self.longest_cells))
+            placements = [Placement(pixels, score(pixels)) for pixels in hypotheses]
         return answer(
             self.name, a, b, placements, accept_at=self.accept_at, scale=scale, nothing="a map has no occupied cell"
         )
@@ -140,22 +140,22 @@ def hough_spectrum(points: Floats, angles: Floats) -> Floats:
     return np.array([float((np.bincount(column) ** 2.0).sum()) for column in distances.T])
 
 
-def turns_between(a: Floats, b: Floats, most: int) -> list[float]:
-    """List the turns, in radians, at which spectrum B shifted round fits spectrum A best, each with its half turn.
+def turns_between(a: Floats, b: Floats, max_peaks: int) -> list[float]:
+    """List the turns, in radians, at which spectrum B shifted cyclically fits spectrum A best, each with its half turn.
 
     Parameters
     ----------
     a, b
         Hough spectra over the angles from 0 to pi, shape (K,).
-    most
+    max_peaks
         Local maxima of their circular cross-correlation that are taken.
     """
     fit = np.fft.irfft(np.fft.rfft(a) * np.conj(np.fft.rfft(b)), len(a))
     step = math.pi / len(a)
-    return [half + step * at for at in _maxima(np.pad(fit, 1, mode="wrap"), most) for half in (0.0, math.pi)]
+    return [half + step * at for at in _maxima(np.pad(fit, 1, mode="wrap"), max_peaks) for half in (0.0, math.pi)]
 
 
-def shifts_between(a: Floats, b: Floats, most: int) -> list[float]:
+def shifts_between(a: Floats, b: Floats, max_peaks: int) -> list[float]:
     """List the shifts that take coordinates of B's points to A's, by the correlation of their spectra of unit bins."""
     counts, starts = [], []
     for coordinates in (a, b):
@@ -164,11 +164,11 @@ def shifts_between(a: Floats, b: Floats, most: int) -> list[float]:
         counts.append(np.bincount(bins - bins.min()).astype(np.float64))
     fit = np.correlate(counts[0], counts[1], mode="full")
     nearest = starts[0] - starts[1] - len(counts[1]) + 1
-    return [float(nearest + at) for at in _maxima(np.pad(fit, 1), most)]
+    return [float(nearest + at) for at in _maxima(np.pad(fit, 1), max_peaks)]
 
 
-def _maxima(padded: Floats, most: int) -> list[int]:
-    """List the highest local maxima of values that have one more at either end, best first."""
+def _maxima(padded: Floats, max_peaks: int) -> list[int]:
+    """List the highest local maxima of values padded by one at either end, best first."""
     values = padded[1:-1]
     peaks = np.flatnonzero((values >= padded[:-2]) & (values > padded[2:]))
-    return [int(at) for at in peaks[np.argsort(-values[peaks], kind="stable")[:most]]]
+    return [int(at) for at in peaks[np.argsort(-values[peaks], kind="stable")[:max_peaks]]]

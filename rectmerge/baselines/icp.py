@@ -1,4 +1,4 @@
-"""The method `icp`: iterated closest points between walls, from many starts, for a similarity."""
+"""Baseline `icp`: iterated closest points between walls, from many starts, for a similarity."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ NOTHING = "no start converged to a placement within the bounds of the scale"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Icp:
-    """Align walls by trimmed, two-way iterated closest points from starts all over angle, scale and shift.
+    """Align walls by trimmed, two-way iterated closest points from a grid of starts over angle, scale and shift.
 
     Parameters
     ----------
     side_cells
         The longest side of the images that walls are taken from, in cells.
     angles, scales, shifts
-        Starts: angles over the full turn, scales over the bounds, evenly in ln scale, and wall cells of B brought onto
-        the middle of A's walls; as many starts as their product.
+        Starts: angles over the full turn, scales over the bounds, evenly in ln scale, and wall cells of B moved to
+        the mean of A's walls; as many starts as their product.
     points
         Wall cells of each map in the search; the best starts are finished with ten times as many.
     rounds
@@ -94,7 +94,7 @@ class Icp:
     ) -> Alignment:
         """Place B on A; `scale` bounds the pixel scale (cells of A per cell of B)."""
         shrunk = Shrunk.from_grid(a, self.side_cells), Shrunk.from_grid(b, self.side_cells)
-        walls = [wall_points(one.grid) for one in shrunk]
+        walls = [wall_points(each.grid) for each in shrunk]
         for name, points in zip("AB", walls, strict=True):
             if len(np.unique(points, axis=0)) < 2:
                 return Alignment(verdict="rejected", reason=f"map {name} has no two wall cells", method=self.name)
@@ -113,7 +113,7 @@ class Icp:
         return answer(self.name, a, b, placements, accept_at=self.accept_at, scale=scale, nothing=NOTHING)
 
     def _starts(self, a: _Walls, b: _Walls, bounds: tuple[float, float]) -> NDArray[np.complex128]:
-        """Bring wall cells of B onto the middle of A's walls at every angle and scale, shape (S, 2)."""
+        """Move wall cells of B to the mean of A's walls at every angle and scale, shape (S, 2)."""
         angles = np.arange(self.angles) * math.tau / self.angles
         scales = np.geomspace(*bounds, self.scales) if bounds[0] < bounds[1] else np.array(bounds[:1])
         turns = (scales[:, None] * np.exp(1j * angles)).ravel()
@@ -152,18 +152,18 @@ def _within(gaps: NDArray[np.float64], reach: float) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Walls:
-    """Walls as complex numbers u + i v: all or some of them, and of every cell around them the nearest of all.
+    """Wall points as complex numbers u + i v, all or a sample, with the nearest of all for every cell around them.
 
     Parameters
     ----------
     points
         Shape (N,).
     closest
-        Shape (H, W): the wall nearest to a cell of a canvas that leaves room around the walls.
+        Shape (H, W): the wall point nearest to a cell of a canvas with room around the walls.
     corner
         The canvas's first cell.
     spread
-        Root of the mean square distance of walls from their mean, in cells.
+        Root of the mean square distance of all wall points from their mean, in cells.
     """
 
     points: NDArray[np.complex128]
@@ -173,7 +173,7 @@ class _Walls:
 
     @classmethod
     def from_points(cls, walls: NDArray[np.float64]) -> _Walls:
-        """Take all of the walls (W, 2) and look up the nearest of them around."""
+        """Take all wall points (W, 2) and tabulate the nearest of them around."""
         size = np.ptp(walls, axis=0).max()
         room = int(size // 4) + 2
         corner = walls.min(axis=0) - room
@@ -189,17 +189,17 @@ class _Walls:
         spread = float(np.sqrt(np.mean(np.abs(places - places.mean()) ** 2)))
         return cls(places, by_label[labels], complex(*corner), spread)
 
-    def sample(self, most: int, rng: np.random.Generator) -> _Walls:
-        """Choose at most `most` of the walls; the nearest is still that of all."""
-        return dataclasses.replace(self, points=rng.permutation(self.points)[:most])
+    def sample(self, max_points: int, rng: np.random.Generator) -> _Walls:
+        """Draw at most `max_points` of the wall points; the nearest is still that of all."""
+        return dataclasses.replace(self, points=rng.permutation(self.points)[:max_points])
 
     def nearest(self, points: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Return the wall nearest to each point; beyond the canvas, that of the canvas's nearest cell."""
+        """Return the wall point nearest to each point; beyond the canvas, that of the canvas's nearest cell."""
         height, width = self.closest.shape
         at = points - self.corner
         u, v = np.rint(at.real.clip(0, width - 1)).astype(np.intp), np.rint(at.imag.clip(0, height - 1)).astype(np.intp)
-        found: NDArray[np.complex128] = self.closest[v, u]
-        return found
+        nearest: NDArray[np.complex128] = self.closest[v, u]
+        return nearest
 
 
 def _fit(

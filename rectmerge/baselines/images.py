@@ -1,4 +1,4 @@
-"""The images on which the image-based peers work: of equal cells where the scale is known, and never too large."""
+"""Images for the image-based baselines: of equal cells where the scale is known, and of limited size."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ LIKE_ONE = 1e-9  # a factor this close to 1 resizes nothing
 
 
 class Resized(NamedTuple):
-    """An image, shape (h, w), and the similarity from its pixels to those of the image it was made from."""
+    """An image, shape (h, w), and the similarity from its pixels to those of its original."""
 
     image: NDArray[np.float32]
     to_grid: Similarity
 
 
 def middle_scale(scale: tuple[float, float]) -> float:
-    """Return the geometric middle of the bounds of the pixel scale: what a rigid method takes for the scale."""
+    """Return the geometric mean of the bounds of the pixel scale: the scale that a rigid method assumes."""
     return math.sqrt(scale[0] * scale[1])
 
 
 def working_factors(
     a: OccupancyGrid, b: OccupancyGrid, scale: tuple[float, float], longest_cells: int
 ) -> tuple[float, float]:
-    """Return by what A and B are resized, so that the middle scale becomes 1 and no side is longer than allowed.
+    """Return the factors by which A and B are resized: the middle scale becomes 1, no side is longer than allowed.
 
     Parameters
     ----------
@@ -47,7 +47,10 @@ def working_factors(
 
 
 def resize(image: NDArray[np.float32], factor: float) -> Resized:
-    """Resize an image with half-pixel centres; a smaller one is blurred first, so that thin walls survive.
+    """Resize an image with half-pixel centres; blur it first where it shrinks, so that thin walls survive.
+
+    It makes grey images by any factor. `rectmerge.analysis.downscaling.Shrunk` counts cells in whole blocks instead,
+    for methods that need an occupancy grid.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The peer `keypoints`: features of the maps as images, matched, and a similarity by consensus."""
+"""Baseline `keypoints`: keypoints of the maps as images, matched, and a similarity by consensus."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from rectmerge.baselines.stitching import stitch
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 
-MOST_KEYPOINTS = 4_000  # the strongest; the time of matching grows with their square, and crowded maps have no end
+MAX_KEYPOINTS = 4_000  # the strongest; the time of matching grows with their square, and cluttered maps have many
 DETECTORS: dict[str, Callable[[], cv2.Feature2D]] = {
-    "akaze": functools.partial(cv2.AKAZE.create, max_points=MOST_KEYPOINTS),
+    "akaze": functools.partial(cv2.AKAZE.create, max_points=MAX_KEYPOINTS),
     "orb": cv2.ORB.create,
-    "sift": functools.partial(cv2.SIFT.create, nfeatures=MOST_KEYPOINTS),
+    "sift": functools.partial(cv2.SIFT.create, nfeatures=MAX_KEYPOINTS),
 }
 SMALLEST_SIDE = 8  # no keypoint lies in a narrower image, and ORB cannot be asked for any
 
@@ -38,11 +38,11 @@ class Keypoints:
         "akaze", "orb" or "sift", as OpenCV sets them.
     variant
         "stitching": OpenCV's stitching pipeline for scans, as in ROS. "plain": one-to-one matches, and the similarity
-        within the bounds of the scale on which most of them agree.
+        within the bounds of the scale with the most inliers.
     match_conf
         Stitching: a match counts where its distance is below 1 - `match_conf` times that of the second nearest.
     reach_cells
-        Plain: how far, in cells of A, a match may lie off the similarity.
+        Plain: the largest distance of an inlier from its match, in cells of A.
     samples
         Plain: pairs of matches that are tried.
     longest_cells
@@ -66,7 +66,7 @@ class Keypoints:
     included; ROS shrinks no map, and takes every keypoint where we take the 4,000 strongest.
 
     Extended for unknown scale: stitching fits similarities, so nothing but that an answer outside the bounds does not
-    count; where the bounds tell a scale, B is resized by it first.
+    count; where the bounds define a scale, B is resized by it first.
     """
 
     name: ClassVar[str] = "keypoints"
@@ -94,18 +94,18 @@ class Keypoints:
     ) -> Alignment:
         """Place B on A; `scale` bounds the pixel scale (cells of A per cell of B)."""
         factors = working_factors(a, b, scale, self.longest_cells)
-        one, two = (resize(image_of(grid), factor) for grid, factor in zip((a, b), factors, strict=True))
+        on_a, on_b = (resize(to_image(grid), factor) for grid, factor in zip((a, b), factors, strict=True))
         middle = middle_scale(scale)
-        found = self._fit(
-            one.image,
-            two.image,
+        fit = self._fit(
+            on_a.image,
+            on_b.image,
             (scale[0] / middle, scale[1] / middle),
             self.reach_cells * factors[0],
             rng,
         )
         placements = []
-        if found is not None:
-            placements = [Placement(one.to_grid @ found.pixels @ two.to_grid.inverse(), found.score)]
+        if fit is not None:
+            placements = [Placement(on_a.to_grid @ fit.pixels @ on_b.to_grid.inverse(), fit.score)]
         nothing = f"too few {self.detector} keypoints match at a scale within bounds"
         return answer(self.name, a, b, placements, accept_at=self.accept_at, scale=scale, nothing=nothing)
 
@@ -128,6 +128,6 @@ class Keypoints:
         return agreed_similarity(*matches, scale=scale, reach=reach, samples=self.samples, rng=rng)
 
 
-def image_of(grid: OccupancyGrid) -> NDArray[np.float32]:
-    """Return the image in which keypoints are found, shape (H, W): unknown 255, free 0, occupied 100."""
+def to_image(grid: OccupancyGrid) -> NDArray[np.float32]:
+    """Return the image for the detector, shape (H, W): unknown 255, free 0, occupied 100."""
     return grid.occupancy.view(np.uint8).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Placements with scores of a peer's own, turned into an alignment by one rule for all peers."""
+"""Scored placements of a baseline turned into an alignment, by one rule for all baselines."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from rectmerge.alignment import Alignment, Candidate
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 
-BOUNDS_SLACK = 0.05  # how far the scale found may leave its bounds
-KEPT = 5  # candidates, at the most
+BOUNDS_SLACK = 0.05  # share by which the scale of an answer may leave its bounds
+MAX_CANDIDATES = 5
 
 
 class Placement(NamedTuple):
-    """A placement of B on A between pixel centres, and the peer's own score of it: at least 0, better when higher."""
+    """A placement of B on A between pixel centres, and the baseline's score: at least 0, better when higher."""
 
     pixels: Similarity
     score: float
@@ -32,8 +32,8 @@ def answer(
 ) -> Alignment:
     """Answer with the placements of the highest scores.
 
-    The best is accepted where its score reaches `accept_at`. None of the peers says how probable its answer is; the
-    confidence is score / (score + accept_at), which keeps their order and is a half where they accept.
+    The best is accepted where its score reaches `accept_at`. No baseline has a probability of its answer; the
+    confidence is score / (score + accept_at), which keeps the order of the scores and is a half at the threshold.
 
     Parameters
     ----------
@@ -51,21 +51,18 @@ def answer(
         The reason where no placement is left.
     """
     lo, hi = scale[0] * (1 - BOUNDS_SLACK), scale[1] * (1 + BOUNDS_SLACK)
-    within = [one for one in placements if lo <= one.pixels.scale <= hi]
-    best = sorted(within, key=lambda one: -one.score)[:KEPT]
+    within = [placement for placement in placements if lo <= placement.pixels.scale <= hi]
+    best = sorted(within, key=lambda placement: -placement.score)[:MAX_CANDIDATES]
     if not best:
         return Alignment(verdict="rejected", reason=nothing, method=method)
     candidates = tuple(
-        Candidate.from_pixels(
-            one.pixels, a, b, confidence=one.score / (one.score + accept_at), evidence={"score": one.score}
-        )
-        for one in best
+        Candidate.from_pixels(pixels, a, b, confidence=score / (score + accept_at), evidence={"score": score})
+        for pixels, score in best
     )
     is_accepted = best[0].score >= accept_at
-    told = f"its score is {best[0].score:.3g}, at least {accept_at:.3g} is accepted"
     return Alignment(
         verdict="accepted" if is_accepted else "rejected",
-        reason=told,
+        reason=f"its score is {best[0].score:.3g}, at least {accept_at:.3g} is accepted",
         method=method,
         candidates=candidates,
         confidence=candidates[0].confidence,

@@ -1,4 +1,4 @@
-"""The method `regions`: boxes around free regions, laid on each other in four rolls, and which of them agree."""
+"""Baseline `regions`: bounding boxes of free regions, matched in four rolls, clustered and scored by association."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from rectmerge.alignment import Alignment
 from rectmerge.analysis.downscaling import Shrunk, between_given, shrunk_bounds
-from rectmerge.baselines.ranked_answer import KEPT, Placement, answer
+from rectmerge.baselines.ranked_answer import MAX_CANDIDATES, Placement, answer
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 
-LEVELS = (0.15, 0.25, 0.35, 0.5, 0.7)  # of the widest free space: what is this far from walls falls into regions
+LEVELS = (0.15, 0.25, 0.35, 0.5, 0.7)  # thresholds of the distance to walls that cut regions, shares of the largest
 LEAST_SIDE_CELLS = 4.0
-MOST_HYPOTHESES = 3000  # those whose boxes fit best are clustered
+MAX_HYPOTHESES = 3000  # those whose boxes fit best are clustered
 Boxes = NDArray[np.complex128]  # (N, 4): corners u + iv, in turn
 
 
@@ -31,12 +31,12 @@ class Regions:
     ----------
     side_cells
         The longest side of the images that regions are found in, in cells.
-    most
+    max_regions
         Regions taken of each map, the largest.
     shape_tolerance
-        How far, as a share of its size, a box may miss the other it is laid on.
+        Largest distance of a box's corners from those of the box it is laid on, as a share of its size.
     cluster_deg, cluster_scale, cluster_shift
-        Hypotheses this close to each other say the same: degrees, ln scale, and shares of the extent of A.
+        Hypotheses this close to each other share a cluster: degrees, ln scale, and shares of the extent of A.
     associated_within
         Boxes associate if their centres are this close, as a share of their size, and their sizes differ by no more.
     accept_at
@@ -59,7 +59,7 @@ class Regions:
 
     name: ClassVar[str] = "regions"
     side_cells: int = 300
-    most: int = 60
+    max_regions: int = 60
     shape_tolerance: float = 0.08
     cluster_deg: float = 4.0
     cluster_scale: float = 0.06
@@ -68,7 +68,7 @@ class Regions:
     accept_at: float = 0.5
 
     def __post_init__(self) -> None:
-        for field in ("side_cells", "most"):
+        for field in ("side_cells", "max_regions"):
             if getattr(self, field) < 1:
                 raise InputError(f"{field} must be >= 1, got {getattr(self, field)}")
         for field in ("shape_tolerance", "cluster_deg", "cluster_scale", "cluster_shift", "associated_within"):
@@ -82,9 +82,9 @@ class Regions:
     ) -> Alignment:
         """Place B on A; `scale` bounds the pixel scale (cells of A per cell of B)."""
         shrunk = Shrunk.from_grid(a, self.side_cells), Shrunk.from_grid(b, self.side_cells)
-        boxes = [region_boxes(one.grid, self.most) for one in shrunk]
-        for name, found in zip("AB", boxes, strict=True):
-            if len(found) == 0:
+        boxes = [region_boxes(each.grid, self.max_regions) for each in shrunk]
+        for name, regions in zip("AB", boxes, strict=True):
+            if len(regions) == 0:
                 return Alignment(verdict="rejected", reason=f"map {name} has no region", method=self.name)
         turns, shifts = self._hypotheses(boxes[0], boxes[1], shrunk_bounds(scale, *shrunk))
         placements = []
@@ -111,32 +111,32 @@ class Regions:
             near = np.abs(np.log(scales / known)) < self.cluster_scale
             turns = np.where(near, turns / scales * known, turns)
         kept = np.argwhere((misses / size < self.shape_tolerance) & (np.abs(turns) >= lo) & (np.abs(turns) <= hi))
-        order = np.argsort((misses / size)[tuple(kept.T)], kind="stable")[:MOST_HYPOTHESES]
+        order = np.argsort((misses / size)[tuple(kept.T)], kind="stable")[:MAX_HYPOTHESES]
         i, j, roll = kept[order].T
-        found = turns[i, j, roll]
-        return found, middle_a[i] - found * middle_b[j]
+        best_turns = turns[i, j, roll]
+        return best_turns, middle_a[i] - best_turns * middle_b[j]
 
     def _clusters(self, turns: Boxes, shifts: Boxes, boxes: list[Boxes]) -> list[tuple[np.complex128, np.complex128]]:
-        """Gather hypotheses that say the same; return the means of the largest clusters."""
+        """Cluster like hypotheses; return the means (turn, shift) of the largest clusters."""
         middle, extent = boxes[1].mean(), np.ptp(boxes[0].real) + np.ptp(boxes[0].imag)
         at = np.stack([np.angle(turns), np.log(np.abs(turns))], axis=1)
-        where = turns * middle + shifts
-        found: list[tuple[np.complex128, np.complex128]] = []
+        centres = turns * middle + shifts
+        means: list[tuple[np.complex128, np.complex128]] = []
         left = np.ones(len(turns), np.bool_)
         is_near = (
             (np.abs(np.angle(turns[:, None] / turns)) < math.radians(self.cluster_deg))
             & (np.abs(at[:, None, 1] - at[:, 1]) < self.cluster_scale)
-            & (np.abs(where[:, None] - where) < self.cluster_shift * extent)
+            & (np.abs(centres[:, None] - centres) < self.cluster_shift * extent)
         )
-        while left.any() and len(found) < 2 * KEPT:
+        while left.any() and len(means) < 2 * MAX_CANDIDATES:
             members = is_near & left
             best = int(np.argmax(np.where(left, members.sum(axis=1), -1)))
             own = members[best]
             turn = turns[own].mean()
             turn *= np.exp(at[own, 1].mean()) / max(abs(turn), 1e-12)
-            found.append((turn, where[own].mean() - turn * middle))
+            means.append((turn, centres[own].mean() - turn * middle))
             left &= ~own
-        return found
+        return means
 
     def _association(self, a: Boxes, b: Boxes) -> float:
         """Return the geometric mean of both maps' shares of region area that associates with the other's regions."""
@@ -146,13 +146,13 @@ class Regions:
         unlike = np.abs(np.log(sizes_a[:, None] / sizes_b))
         is_pair = (apart < self.associated_within) & (unlike < self.associated_within)
         shares = (
-            (areas * is_met).sum() / areas.sum()
-            for areas, is_met in ((sizes_a**2, is_pair.any(axis=1)), (sizes_b**2, is_pair.any(axis=0)))
+            (areas * is_matched).sum() / areas.sum()
+            for areas, is_matched in ((sizes_a**2, is_pair.any(axis=1)), (sizes_b**2, is_pair.any(axis=0)))
         )
         return float(math.sqrt(math.prod(shares)))
 
 
-def region_boxes(grid: OccupancyGrid, most: int) -> Boxes:
+def region_boxes(grid: OccupancyGrid, max_boxes: int) -> Boxes:
     """Find the oriented minimum bounding boxes of a map's free regions, the largest first, shape (N, 4)."""
     padded = np.pad(grid.free, 1).view(np.uint8)
     inside = cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
@@ -166,8 +166,8 @@ def region_boxes(grid: OccupancyGrid, most: int) -> Boxes:
             if min(width, height) >= 1 and min(sides) >= LEAST_SIDE_CELLS:
                 corners = cv2.boxPoints((middle, sides, angle)).astype(np.float64)
                 boxes.append(corners[:, 0] + 1j * corners[:, 1])
-    found = np.array(boxes, np.complex128).reshape(-1, 4)
-    return found[np.argsort(-_areas(found), kind="stable")[:most]]
+    corners_of_all = np.array(boxes, np.complex128).reshape(-1, 4)
+    return corners_of_all[np.argsort(-_areas(corners_of_all), kind="stable")[:max_boxes]]
 
 
 def _areas(boxes: Boxes) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Two images placed by the pipeline that OpenCV has for stitching scans: match, estimate, adjust the bundle."""
+"""Stitching of two images by OpenCV's pipeline for scans: matching, estimation, bundle adjustment."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rectmerge.baselines.ranked_answer import Placement
 from rectmerge.similarity import Similarity
 
 FEWEST_KEYPOINTS = 2  # the second nearest must exist
-SMALLEST_AREA = 1e-6  # a map shrunk to less of its area is a point, on which everything may agree
+SMALLEST_AREA = 1e-6  # a map shrunk to less of its area is a point, and a point fits anywhere
 
 
 def stitch(
@@ -25,11 +25,11 @@ def stitch(
     a, b
         Images, shape (H, W).
     finder
-        Finds and describes keypoints.
+        Detector and descriptor of keypoints.
     match_conf
         Matches are kept where their distance is below ``1 - match_conf`` times that of the second nearest.
     seed
-        Of the approximate search for neighbours.
+        Seed of the approximate search for neighbours.
 
     Returns
     -------
@@ -38,7 +38,7 @@ def stitch(
     """
     cv2.setRNGSeed(seed)
     features = [cv2.detail.computeImageFeatures2(finder, image) for image in (a, b)]
-    if any(len(one.getKeypoints()) < FEWEST_KEYPOINTS for one in features):
+    if any(len(feature.getKeypoints()) < FEWEST_KEYPOINTS for feature in features):
         return None
     matches = cv2.detail.AffineBestOf2NearestMatcher(False, False, match_conf).apply2(features)
     between = matches[1]  # from A to B; the list is that of a 2 x 2 table
@@ -59,7 +59,7 @@ def _adjusted(
     matches: Sequence[cv2.detail.MatchesInfo],
     cameras: Sequence[cv2.detail.CameraParams],
 ) -> Sequence[cv2.detail.CameraParams]:
-    """Adjust both images' places to all inliers; where that does not converge, they stay as estimated."""
+    """Adjust both images' places to all inliers; return the estimates where that does not converge."""
     for camera in cameras:
         camera.R = camera.R.astype(np.float32)
     adjuster = cv2.detail.BundleAdjusterAffinePartial()

@@ -20,9 +20,7 @@ from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 
-LEAST_TURN = math.radians(0.1)  # the walk's steps are no smaller, nor 0.5 % of scale and half a cell of shift
-LEAST_STEP = np.array([LEAST_TURN, 0.002, 0.2, 0.2])
-_Two = tuple[NDArray[np.float64], NDArray[np.float64]]
+LEAST_STEP = np.array([math.radians(0.1), 0.002, 0.2, 0.2])  # deviations of turn, ln scale, u and v
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,16 +142,16 @@ class StochasticSearch:
 class _SampledMap:
     """Sampled cells of a map, (N, 2) as (u, v), and Manhattan distances to all, (H, W): free first, then occupied."""
 
-    cells: _Two
+    cells: tuple[NDArray[np.float64], NDArray[np.float64]]
     distances: tuple[NDArray[np.float32], NDArray[np.float32]]
     middle: tuple[float, float]
 
     @classmethod
-    def from_grid(cls, grid: OccupancyGrid, most: int, rng: np.random.Generator) -> _SampledMap:
-        """Choose at most `most` cells of each value and measure the distances to all."""
+    def from_grid(cls, grid: OccupancyGrid, max_cells: int, rng: np.random.Generator) -> _SampledMap:
+        """Draw at most `max_cells` cells of each value and measure the distances to all."""
         free, occupied = grid.free, grid.occupied
         cells = tuple(
-            rng.permutation(cells_of(mask, mask.size))[:most, ::-1].astype(np.float64) for mask in (free, occupied)
+            rng.permutation(cells_of(mask, mask.size))[:max_cells, ::-1].astype(np.float64) for mask in (free, occupied)
         )
         height, width = grid.shape
         middle = (width - 1) / 2, (height - 1) / 2

@@ -1,1 +1,1 @@
-"""Several aligned maps made into one."""
+"""Composition of several aligned maps into one."""

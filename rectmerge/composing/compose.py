@@ -1,4 +1,4 @@
-"""Aligned grids into one, in the first grid's frame, with the layer where they contradict each other."""
+"""Composition of aligned grids in the first grid's frame, with the layer of their conflicts."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FINER_BELOW = 0.99  # cells this close in size to A's are not finer: A's own are
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Composition:
-    """Several maps as one.
+    """A map merged from several, with its conflicts.
 
     Parameters
     ----------
@@ -65,24 +65,24 @@ def compose(
         For each map, the similarity from its map frame to A's; None for A itself, and only for A.
     rule
         Where maps contradict each other: "occupied" lets a wall win, "free" lets free space win, "newest" the later map
-        in the list, "log-odds" sums what the maps say, and "evidence" combines it by Dempster's rule and tells the mass
-        of conflict. A cell that a single map knows keeps that map's value under every rule.
+        in the list, "log-odds" sums the maps' log-odds, and "evidence" combines their masses by Dempster's rule and
+        returns the mass of conflict. A cell known to a single map keeps that map's value under every rule.
     resolution
         The cells of the merged map: "a" keeps A's, one by one; "b" makes them as large as those of the second map,
         "finer" as those of the finest; or their side in metres (in cells of A, where A's resolution is not known). The
-        size of another map's cells is what its resolution says, or where A or that map has none, what the placement
-        makes it. A's frame stays: a point of A's map has the same coordinates on the merged one.
+        size of another map's cells follows from its resolution, or where A or that map has none, from the placement.
+        A's frame stays: a point of A's map has the same coordinates on the merged one.
 
     Raises
     ------
     InputError
-        If the lists do not match, the rule or the resolution cannot be, or the merged map would be absurdly large.
+        If the lists do not match, the rule or the resolution is invalid, or the merged map would be absurdly large.
 
     Notes
     -----
-    How cells are read, and why thin walls stay closed: `rectmerge.composing.resampling.resample`. The rules:
-    `rectmerge.composing.rules.merge_layers`. Where A's resolution is not known and the cells are not A's, the
-    `resolution` of the merged map is in cells of A, so that A's frame stays.
+    `rectmerge.composing.resampling.resample` reads the cells and keeps thin walls closed;
+    `rectmerge.composing.rules.merge_layers` has the rules. Where A's resolution is not known and the cells are not A's,
+    the `resolution` of the merged map is in cells of A, so that A's frame stays.
     """
     _check(grids, b_to_as, rule)
     a, size = grids[0], _cell_size(grids, b_to_as, resolution)
@@ -99,7 +99,7 @@ def compose(
 
 
 def parse_resolution(text: str) -> CellsOf | float:
-    """Read the `resolution` of `compose` from what people type: a, b, finer or a number.
+    """Parse the `resolution` of `compose` from text: a, b, finer or a number.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Aligned grids read on one common lattice of cells, such that their thin walls stay closed."""
+"""Resampling of aligned grids on one common lattice of cells, with thin walls kept closed."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS, OCCUPIED_AT_LEAST, UN
 from rectmerge.similarity import Similarity
 
 CELLS_AT_ONCE = 1 << 19
-TIE = 0.5 + 1e-9  # a point midway between two cells goes to the later one, whatever rounding did to it
+TIE = 0.5 + 1e-9  # a point midway between two cells goes to the later one, in spite of rounding
 SPREAD_CELLS = 0.7  # less than 1, so that marks are neighbours; less than half the diagonal of a cell
-STRAIGHT_CELLS = 1e-9  # a map that is turned by quarters to less than this, over its whole length, is not tilted
+STRAIGHT_CELLS = 1e-9  # a map turned by whole quarters, to less than this over its whole length, is not tilted
 
 
 def resample(
     grids: Sequence[OccupancyGrid], placements: Sequence[Similarity]
 ) -> tuple[list[NDArray[np.int8]], tuple[int, int]]:
-    """Read grids on one lattice of unit pixels that holds the whole first grid and what is known of the others.
+    """Read grids on one lattice of unit pixels that holds the whole first grid and the known cells of the others.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def resample(
 
 
 def _canvas(grids: Sequence[OccupancyGrid], placements: Sequence[Similarity]) -> tuple[int, int, int, int]:
-    """Return top, left, height and width of what holds the first grid and every known cell of the others."""
+    """Return top, left, height and width of the box around the first grid and every known cell of the others."""
     rows, cols = grids[0].shape
     whole = np.array([[x, y] for x in (-0.5, cols - 0.5) for y in (-0.5, rows - 0.5)])  # (4, 2)
     corners = [placements[0].apply(whole)]
@@ -77,7 +77,7 @@ def _canvas(grids: Sequence[OccupancyGrid], placements: Sequence[Similarity]) ->
 
 
 def known_ends(grid: OccupancyGrid) -> NDArray[np.float64]:
-    """Outer corners of the first and the last known cell of each row, in pixels, (N, 2): they bound every known one."""
+    """List the outer corners of the first and the last known cell of each row, in pixels, (N, 2)."""
     known = grid.occupancy != UNKNOWN
     rows = np.flatnonzero(known.any(axis=1))
     first, last = known[rows].argmax(axis=1), known.shape[1] - 1 - known[rows, ::-1].argmax(axis=1)
@@ -86,7 +86,7 @@ def known_ends(grid: OccupancyGrid) -> NDArray[np.float64]:
 
 
 def _lay(grid: OccupancyGrid, pixels: Similarity, shape: tuple[int, int]) -> NDArray[np.int8]:
-    """Resample a grid onto the canvas: unknown where the grid has nothing."""
+    """Resample a grid onto the canvas, unknown outside the grid."""
     layer = np.full(shape, UNKNOWN, np.int8)
     ends = pixels.apply(known_ends(grid))
     if not len(ends):
@@ -112,7 +112,7 @@ def _bands(first: int, last: int, width: int) -> Iterator[slice]:
 
 
 def _nearest(grid: OccupancyGrid, back: Similarity, rows: slice, cols: slice) -> NDArray[np.int8]:
-    """Read a grid at the lattice pixels of a window, which `back` takes to the grid's; unknown outside."""
+    """Read a grid at the lattice pixels of a window, unknown outside; `back` takes lattice pixels to the grid's."""
     (a, b, tx), (c, d, ty) = back.matrix
     along, down = np.arange(cols.start, cols.stop), np.arange(rows.start, rows.stop)[:, np.newaxis]
     height, width = grid.shape
@@ -125,7 +125,7 @@ def _nearest(grid: OccupancyGrid, back: Similarity, rows: slice, cols: slice) ->
 
 
 def _mark(layer: NDArray[np.int8], points: NDArray[np.float64], values: NDArray[np.int8]) -> None:
-    """Write values into the cells that pixel points, shape (N, 2), fall in."""
+    """Write values into the cells that contain the pixel points, shape (N, 2)."""
     u, v = np.floor(points + TIE).astype(int).T
     inside = (u >= 0) & (v >= 0) & (u < layer.shape[1]) & (v < layer.shape[0])
     layer[v[inside], u[inside]] = values[inside]
@@ -134,7 +134,7 @@ def _mark(layer: NDArray[np.int8], points: NDArray[np.float64], values: NDArray[
 def _unshown(
     layer: NDArray[np.int8], points: NDArray[np.float64], values: NDArray[np.int8]
 ) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
-    """Leave out the points midway between cells of which one is a wall already: marking the other would double it."""
+    """Drop points midway between two cells if one is a wall already: a mark in the other would double that wall."""
     low, high = (np.floor(points + side).astype(int) for side in (1 - TIE, TIE))
     midway = np.flatnonzero((low != high).any(axis=1))
     shown = np.zeros(len(points), np.bool_)
@@ -146,23 +146,23 @@ def _unshown(
 
 
 def _is_straight(pixels: Similarity, grid: OccupancyGrid) -> bool:
-    """Tell whether a placement turns by whole quarters: then nothing passes between cells that touch by a corner."""
+    """Return if a placement turns by whole quarters: then nothing passes between cells that touch by a corner."""
     return abs(math.sin(2 * pixels.angle)) * pixels.scale * max(grid.shape) <= STRAIGHT_CELLS
 
 
 def _corner_marks(
     grid: OccupancyGrid, walls: NDArray[np.intp], pixels: Similarity
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.intp]]]:
-    """Give points, shape (M, 2), where wall cells touch by a corner alone, and the index of one of the two in `walls`.
+    """Yield points, shape (M, 2), where wall cells touch by a corner alone, and the index of one of the two in `walls`.
 
-    The corner itself, and two points on the line between the centres: as far from it as to be neighbours at a scale
-    above 1, and no farther than the centres below.
+    These are the corner itself and two points on the line between the centres. At a scale above 1 they are close enough
+    to be neighbours; below, they are no farther than the centres.
     """
     is_wall = np.pad(grid.occupied, 1)
     row, col = walls.T + 1
     reach = min(0.5, SPREAD_CELLS / (math.sqrt(2) * pixels.scale))
     for side in (-1, 1):
         at = np.flatnonzero(is_wall[row + 1, col + side] & ~is_wall[row + 1, col] & ~is_wall[row, col + side])
-        corner, way = walls[at, ::-1] + [0.5 * side, 0.5], np.array([side, 1.0])
+        corner, diagonal = walls[at, ::-1] + [0.5 * side, 0.5], np.array([side, 1.0])
         for t in (-reach, 0.0, reach):
-            yield pixels.apply(corner + t * way), at
+            yield pixels.apply(corner + t * diagonal), at

@@ -1,4 +1,4 @@
-"""The rules that say what a merged cell is where maps contradict each other."""
+"""Rules for the value of a merged cell where maps contradict each other."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from rectmerge.grid import UNKNOWN, OccupancyGrid
 
 Rule = Literal["occupied", "free", "log-odds", "evidence", "newest"]
 RULES: tuple[Rule, ...] = get_args(Rule)
-SHADING: tuple[Rule, ...] = ("log-odds", "evidence")  # these grade what they make; the others choose
-SURE_FREE, SURE_OCCUPIED = 0.1192, 0.971  # OctoMap's clamping bounds: what one map can say at most
-RELIABILITY = 0.9  # the mass that a map which is sure of a cell gives to what it says; the rest is "unknown"
-FEW = 30
+SHADING: tuple[Rule, ...] = ("log-odds", "evidence")  # their maps have graded values; the others choose a map's value
+SURE_FREE, SURE_OCCUPIED = 0.1192, 0.971  # OctoMap's clamping bounds: the most extreme probabilities of one map
+RELIABILITY = 0.9  # the mass that a map gives to a cell's value of 0 or 100; the rest is "unknown"
+MAX_SINGLE_PRECISION_LAYERS = 30
 
 
 def merge_layers(layers: Sequence[NDArray[np.int8]], rule: Rule) -> tuple[NDArray[np.int8], NDArray[np.float32] | None]:
-    """Merge occupancy arrays of one shape, at least one; the mass of conflict comes with the rule "evidence" alone.
+    """Merge occupancy arrays of one shape, at least one; only the rule "evidence" returns a mass of conflict.
 
     Notes
     -----
-    "occupied", "free", "newest": a layer fills what is neither free nor occupied before it, and wins where it has a
-    wall, free space, or either.
+    "occupied", "free", "newest": a layer fills the cells that are neither free nor occupied before it, and wins where
+    it has a wall, free space, or either.
 
-    "log-odds" takes occupancy as a probability between 0.1192 and 0.971 (A. Hornung et al., Autonomous Robots 2013, DOI
+    "log-odds" reads occupancy as a probability between 0.1192 and 0.971 (A. Hornung et al., Autonomous Robots 2013, DOI
     10.1007/s10514-012-9321-0), so a wall outweighs one map's free space, but not two maps'.
 
     "evidence": see `combine_evidence`.
@@ -53,10 +53,10 @@ def combine_evidence(
     Returns
     -------
     tuple
-        The merged occupancy, and the mass of conflict: float32, 0..1, what Dempster's rule divides out. It is 0 where
-        fewer than two maps know a cell, and `reliability` squared where one map is sure of a wall and one of free
-        space. Such a cell becomes 50, neither free nor occupied, for each says as much as the other; among more maps
-        the majority wins.
+        The merged occupancy, and the mass of conflict: float32, 0..1, the mass that Dempster's rule divides out. It is
+        0 where fewer than two maps know a cell, and `reliability` squared where one map is sure of a wall and one of
+        free space. Such a cell becomes 50, neither free nor occupied, as the masses are equal; among more maps the
+        majority wins.
 
     Raises
     ------
@@ -75,9 +75,10 @@ def combine_evidence(
     belief = 2 * np.arange(101) / 100.0 - 1.0  # -1 free, 0 nothing, 1 occupied
     occupied, free = reliability * belief.clip(0), reliability * (-belief).clip(0)
     unknown = 1.0 - occupied - free
-    exact = np.float32 if len(layers) <= FEW else np.float64  # products of very many would vanish
+    # products over many layers would vanish in single precision
+    precision = np.float32 if len(layers) <= MAX_SINGLE_PRECISION_LAYERS else np.float64
     q_occupied, q_free, q_either = (
-        _product(np.append(q, 1.0).astype(exact), layers)  # [-1] is unknown, all of whose commonalities are 1
+        _product(np.append(q, 1.0).astype(precision), layers)  # [-1] is unknown, all of whose commonalities are 1
         for q in (occupied + unknown, free + unknown, unknown)
     )
     agreed = q_occupied + q_free - q_either
@@ -87,7 +88,7 @@ def combine_evidence(
 
 
 def _lay_over(layers: Sequence[NDArray[np.int8]], rule: Rule) -> NDArray[np.int8]:
-    """Let a later layer fill what is unknown, and win where the rule says so."""
+    """Let each later layer fill unknown cells, and win where the rule says so."""
     merged = layers[0].copy()
     for layer in layers[1:]:
         old, new = OccupancyGrid(merged), OccupancyGrid(layer)
@@ -112,7 +113,7 @@ def _sum_log_odds(layers: Sequence[NDArray[np.int8]]) -> NDArray[np.int8]:
 
 
 def _product(table: NDArray[np.floating], layers: Sequence[NDArray[np.int8]]) -> NDArray[np.floating]:
-    """Multiply what a table of 102 entries, the last for unknown cells, says of each layer."""
+    """Multiply over the layers the entries of a table of 102, the last for unknown cells."""
     product = table[layers[0]]
     for layer in layers[1:]:
         product *= table[layer]
@@ -120,7 +121,7 @@ def _product(table: NDArray[np.floating], layers: Sequence[NDArray[np.int8]]) ->
 
 
 def _known_by(layers: Sequence[NDArray[np.int8]]) -> tuple[NDArray[np.uint16], NDArray[np.int8]]:
-    """Count the maps that know each cell; where it is one, the second array has what that says."""
+    """Count the maps that know each cell; where it is one, the second array has the value of that map."""
     known, single = np.zeros(layers[0].shape, np.uint16), np.full(layers[0].shape, UNKNOWN, np.int8)
     for layer in layers:
         known += layer != UNKNOWN

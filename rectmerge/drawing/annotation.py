@@ -1,4 +1,4 @@
-"""What is written on a picture of maps: circles around places, origins, a scale bar and a title."""
+"""Annotations on a picture of maps: circles around spots, origins, a scale bar and a title."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rectmerge.drawing.maps import FONT, LEGEND_PX, Color, Picture, write
 
-MOST_CIRCLES, CIRCLE_MARGIN_PX, SMALLEST_PLACE_PX = 12, 10, 40
+MAX_CIRCLES, CIRCLE_MARGIN_PX, SMALLEST_SPOT_PX = 12, 10, 40
 AXIS_PX = 40
 TITLE_FONT, TITLE_SIZE, LABEL_SIZE = cv2.FONT_HERSHEY_DUPLEX, 0.7, 0.5
 Box = tuple[int, int, int, int]  # left, bottom, width, height
@@ -21,7 +21,7 @@ INK, WHITE = (0, 0, 0), (255, 255, 255)
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A place in a picture: the circle around it, its centre (u, v), and how many marked pixels are in there."""
+    """A circle in a picture around a group of marked pixels: centre (u, v), radius and the number of those pixels."""
 
     centre: tuple[float, float]
     radius: float
@@ -29,11 +29,11 @@ class Spot:
 
 
 def find_spots(marks: NDArray[np.bool_]) -> list[Spot]:
-    """Gather the marked pixels of a mask, shape (H, W), into places no larger than a twelfth of it, fullest first.
+    """Group the marked pixels of a mask, shape (H, W), into spots no larger than a twelfth of it, fullest first.
 
-    Each circle is drawn around what is marked in the window that holds most of what no circle holds yet.
+    Each circle encloses the marked pixels of the window that holds most of those in no circle yet.
     """
-    side = max(SMALLEST_PLACE_PX, max(marks.shape) // 12)
+    side = max(SMALLEST_SPOT_PX, max(marks.shape) // 12)
     left = marks.copy()
     spots = []
     while left.any():
@@ -46,21 +46,21 @@ def find_spots(marks: NDArray[np.bool_]) -> list[Spot]:
 
 
 def circle_spots(image: Picture, spots: Sequence[Spot]) -> int:
-    """Draw circles around the first spots, and return around how many."""
+    """Draw circles around the first spots; return the number of circles."""
     for ink, thickness in ((WHITE, 6), (INK, 2)):
-        for spot in spots[:MOST_CIRCLES]:
+        for spot in spots[:MAX_CIRCLES]:
             u, v = map(round, spot.centre)
             cv2.circle(image, (u, v), round(spot.radius), ink, thickness, cv2.LINE_AA)
-    return min(len(spots), MOST_CIRCLES)
+    return min(len(spots), MAX_CIRCLES)
 
 
 def draw_origins(image: Picture, origins: Mapping[str, tuple[Color, NDArray[np.float64]]]) -> None:
-    """Draw the axes of map frames at their origins; for one outside, an arrow at the border that points to it.
+    """Draw the axes of map frames at their origins; for an origin outside, an arrow at the border that points to it.
 
     Parameters
     ----------
     image
-        The picture, drawn on.
+        The picture to draw on.
     origins
         By name, the colour, and the axes of shape (3, 2): the origin, and unit vectors along x and y, in pixels.
     """
@@ -74,7 +74,7 @@ def draw_origins(image: Picture, origins: Mapping[str, tuple[Color, NDArray[np.f
 
 
 def with_scale_bar(image: Picture, px_per_unit: float, unit: str) -> Picture:
-    """Add a strip below with a bar whose length is a round number of map units, at most a quarter of the width."""
+    """Add a strip below with a scale bar of a round number of map units, at most a quarter of the width."""
     length = round_length(image.shape[1] / 4 / px_per_unit)
     strip = np.full((LEGEND_PX, image.shape[1], 3), 255, np.uint8)
     right, middle = 9 + round(length * px_per_unit), LEGEND_PX // 2 - 2
@@ -85,14 +85,14 @@ def with_scale_bar(image: Picture, px_per_unit: float, unit: str) -> Picture:
     return np.vstack([image, strip])
 
 
-def round_length(most: float) -> float:
-    """Return the largest of 1, 2 or 5 times a power of ten that is not above `most`."""
-    power = 10.0 ** math.floor(math.log10(most))
-    return max(step * power for step in (1, 2, 5) if step == 1 or step * power <= most)
+def round_length(limit: float) -> float:
+    """Return the largest of 1, 2 or 5 times a power of ten that is not above `limit`."""
+    power = 10.0 ** math.floor(math.log10(limit))
+    return max(step * power for step in (1, 2, 5) if step == 1 or step * power <= limit)
 
 
 def with_title(image: Picture, title: str) -> Picture:
-    """Add a strip above with a title, in as many lines as it needs."""
+    """Add a strip above with a title, wrapped into lines."""
     lines = [""]
     for word in title.split():
         longer = f"{lines[-1]} {word}".strip()
@@ -115,7 +115,7 @@ def _around(left: NDArray[np.bool_], points: NDArray[np.intp]) -> Spot:
     cv2.circle(disc, (round(centre[0]), round(centre[1])), round(radius), 1, cv2.FILLED)
     inside = left & (disc > 0)
     left[inside] = False
-    left[points[:, 1], points[:, 0]] = False  # whatever rounding did to the circle
+    left[points[:, 1], points[:, 0]] = False  # the rounded circle may miss some
     return Spot((centre[0], centre[1]), radius, int(inside.sum()))
 
 
@@ -133,12 +133,12 @@ def _draw_axes(image: Picture, label: str, color: Color, axes: NDArray[np.float6
 def _point_at(
     image: Picture, label: str, color: Color, target: NDArray[np.float64], taken: list[Box], *, aside_px: float
 ) -> None:
-    """Draw an arrow from within a picture to its border, towards a point outside; `aside_px` from the straight way."""
+    """Draw an arrow inside a picture to its border, towards a point outside, shifted sideways by `aside_px`."""
     bounds = np.array(image.shape[1::-1], np.float64) - 1
-    way = (target - bounds / 2) / math.hypot(*(target - bounds / 2))
-    tip = (target.clip(4, bounds - 4) + aside_px * np.array([way[1], -way[0]])).clip(4, bounds - 4)
-    _arrow(image, tip - AXIS_PX * way, tip, color)
-    _label(image, label, tip - (AXIS_PX + 8 + np.abs(way) @ [36, 8]) * way, color, taken)
+    direction = (target - bounds / 2) / math.hypot(*(target - bounds / 2))
+    tip = (target.clip(4, bounds - 4) + aside_px * np.array([direction[1], -direction[0]])).clip(4, bounds - 4)
+    _arrow(image, tip - AXIS_PX * direction, tip, color)
+    _label(image, label, tip - (AXIS_PX + 8 + np.abs(direction) @ [36, 8]) * direction, color, taken)
 
 
 def _arrow(image: Picture, start: NDArray[np.float64], end: NDArray[np.float64], color: Color) -> None:
@@ -148,20 +148,20 @@ def _arrow(image: Picture, start: NDArray[np.float64], end: NDArray[np.float64],
 
 
 def _label(image: Picture, text: str, centre: NDArray[np.float64], color: Color, taken: list[Box]) -> None:
-    """Write a label about a point, moved into the picture where it would be cut, and up or down from what is taken."""
+    """Write a label at a point, moved into the picture where it would be cut, and up or down off taken boxes."""
     (width, height), below = cv2.getTextSize(text, FONT, LABEL_SIZE, 3)
     left = min(max(centre[0] - width / 2, 4), max(4, image.shape[1] - width - 4))
     boxes = []
     for shift in (0, -20, 20, -40, 40):
         bottom = min(max(centre[1] + height / 2 + shift, height + 4), image.shape[0] - below - 2)
         boxes.append((round(left), round(bottom), width, height + below))
-    box = next((box for box in boxes if not any(_meet(box, other) for other in taken)), boxes[0])
+    box = next((box for box in boxes if not any(_intersect(box, other) for other in taken)), boxes[0])
     taken.append(box)
     write(image, text, box[:2], LABEL_SIZE, color)
 
 
-def _meet(one: Box, other: Box) -> bool:
-    (left, bottom, width, height), (u, v, w, h) = one, other
+def _intersect(box: Box, other: Box) -> bool:
+    (left, bottom, width, height), (u, v, w, h) = box, other
     return left < u + w and u < left + width and bottom - height < v and v - h < bottom
 
 

@@ -1,4 +1,4 @@
-"""Pictures of maps: as they are, their conflicts, and the rectangles of the paper's figures 3 to 6."""
+"""Pictures of single maps, their conflicts, and the rectangles of the paper's figures 3 to 6."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ LARGEST_ZOOM = 16
 LEGEND_PX = 34
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 UNKNOWN_GREY, FREE_WHITE, WALL_BLACK = (205, 205, 205), (255, 255, 255), (0, 0, 0)
-# The colours of M. Okabe and K. Ito, which people tell apart whatever their colour vision: blue, vermilion, purple.
+# Blue, vermilion and purple of M. Okabe and K. Ito: safe for every colour vision.
 WALL_A, WALL_B, CONFLICT = (0, 114, 178), (213, 94, 0), (204, 121, 167)
 YELLOW, PINK, GREEN = (214, 158, 0), (222, 50, 150), (18, 128, 60)
 SERIES: tuple[Color, ...] = (WALL_A, WALL_B, GREEN, (136, 34, 168))
 
 
 def draw_conflict(composition: Composition) -> Picture:
-    """Draw a merged map with the cells where its sources contradict each other in red, widened to be seen."""
+    """Draw a merged map with its cells of conflict in colour, widened for visibility."""
     grid, zoom = composition.grid, enlarge(zoom_for(composition.grid.shape))
     marks = OccupancyGrid(np.where(composition.conflict, OCCUPIED, UNKNOWN).astype(np.int8))
     (codes, spots), _ = resample([grid, marks], [zoom, zoom])
@@ -42,7 +42,7 @@ def draw_conflict(composition: Composition) -> Picture:
 
 
 def draw_map(grid: OccupancyGrid, *, side_px: int = SIDE_PX) -> Picture:
-    """Draw a map as ROS shows it: free white, walls black, unknown grey; walls survive where it is made smaller."""
+    """Draw a map in the colours of ROS: free white, walls black, unknown grey; walls survive shrinking."""
     (codes,), _ = resample([grid], [enlarge(zoom_for(grid.shape, side_px))])
     return _shade(codes)
 
@@ -82,7 +82,7 @@ def draw_series(
     series
         By direction, the indices of the rectangles from the starting one outwards, from 0.
     numbered
-        How many of each series bear their number; None for all. Far out they are often too small for numbers.
+        Number of rectangles of each series that bear their number; None for all. Outer ones are often too small.
     """
     image, zoom = draw_map(grid, side_px=side_px), zoom_for(grid.shape, side_px)
     for color, indices in zip(SERIES, series.values(), strict=False):
@@ -114,7 +114,7 @@ def draw_parallels(
     *,
     side_px: int = SIDE_PX,
 ) -> Picture:
-    """Draw pairs of parallel edge lines, yellow and pink (figure 5), and the axes that `angle` makes upright.
+    """Draw pairs of parallel edge lines, yellow and pink (figure 5), and the axes made upright by `angle`.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def draw_parallels(
 
 
 def side_by_side(pictures: Sequence[Picture], captions: Sequence[str], *, columns: int = 2) -> Picture:
-    """Set pictures side by side in rows of `columns`, each under its caption."""
+    """Join pictures side by side in rows of `columns`, each under its caption."""
     height, width = (max(picture.shape[i] for picture in pictures) for i in (0, 1))
     tiles = []
     for picture, caption in zip(pictures, captions, strict=True):
@@ -151,7 +151,7 @@ def side_by_side(pictures: Sequence[Picture], captions: Sequence[str], *, column
 
 
 def zoom_for(shape: tuple[float, float], side_px: int = SIDE_PX) -> float:
-    """Return pixels of a picture per cell of a map of `shape`: a multiple of a half, or less than 1 for a large map."""
+    """Return the pixels per cell in a picture of a map of `shape`: a multiple of a half, or less than 1 if large."""
     zoom = min(LARGEST_ZOOM, side_px / max(shape))
     return math.floor(2 * zoom) / 2 if zoom >= 1 else zoom
 
@@ -180,14 +180,14 @@ def _centre(box: Rectangle, zoom: float) -> tuple[int, int]:
 
 
 def _hue(index: int, *, dark: bool = False) -> Color:
-    """Return a hue, far from those of its neighbours in order; the darker one for an outline."""
+    """Return a colour that differs from its neighbours' in order; a darker one for an outline."""
     hsv = np.array([[[index * 67 % 180, 150 if dark else 200, 120 if dark else 255]]], np.uint8)
     red, green, blue = cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)[0, 0].tolist()
     return red, green, blue
 
 
 def _write_in(image: Picture, box: Rectangle, text: str, zoom: float) -> None:
-    """Write a number in the middle of a rectangle, as large as fits and never too small to read."""
+    """Write a number in the middle of a rectangle, as large as fits but always legible."""
     (width, height), _ = cv2.getTextSize(text, FONT, 1.0, 1)
     room = min(0.8 * box.w * zoom / width, 0.8 * box.h * zoom / height)
     size = min(1.0, max(0.4, room))
@@ -196,13 +196,13 @@ def _write_in(image: Picture, box: Rectangle, text: str, zoom: float) -> None:
 
 
 def write(image: Picture, text: str, at: tuple[int, int], size: float, color: Color = WALL_BLACK) -> None:
-    """Write a line whose lower left end is at (u, v), with a white rim that keeps it legible on any ground."""
+    """Write a line with its lower left end at (u, v), and with a white rim for legibility on any ground."""
     for ink, thickness in ((FREE_WHITE, 3), (color, 1)):
         cv2.putText(image, text, at, FONT, size, ink, thickness, cv2.LINE_AA)
 
 
 def _draw_axes(image: Picture, angle: float) -> None:
-    """Draw the directions that become right and up when the map is turned by `angle`."""
+    """Draw the axes that become right and up when the map is turned by `angle`."""
     centre = np.array([image.shape[1] / 2, image.shape[0] / 2])
     length = 0.3 * min(image.shape[:2])
     for quarter in (0.0, math.pi / 2):
@@ -212,7 +212,7 @@ def _draw_axes(image: Picture, angle: float) -> None:
 
 
 def with_legend(image: Picture, entries: Mapping[str, Color]) -> Picture:
-    """Add a strip that names the colours below a picture, in as many rows as the names need."""
+    """Add a strip below a picture that names its colours, wrapped into rows."""
     steps = [46 + cv2.getTextSize(name, FONT, 0.5, 1)[0][0] for name in entries]
     width = max(image.shape[1], max(steps) + 8)
     places, left, top = [], 8, image.shape[0]

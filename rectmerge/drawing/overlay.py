@@ -1,4 +1,4 @@
-"""The picture of two maps laid over each other: what agrees, what contradicts, and where their origins lie."""
+"""Picture of two maps laid over each other: agreement, conflict and the origins of both maps."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 
 ONLY_A, ONLY_B, BOTH, WALL_BOTH = (198, 223, 240), (250, 219, 186), (255, 255, 255), (0, 0, 0)
-SPECK_CELLS = 3  # a patch of conflict of so few cells is noise, and gets no circle
+SPECK_CELLS = 3  # a patch of conflict of no more cells is noise, and gets no circle
 MARGIN_PX, SMALLEST_PX = 24, 320  # a smaller picture has no room for its marks
 
 
 def draw_overlay(
     a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity, *, side_px: int = SIDE_PX, title: str = ""
 ) -> Picture:
-    """Draw B on A under a placement: what each knows alone, where they agree and where they contradict each other.
+    """Draw B on A under a placement: cells known to one map, cells of agreement and cells of conflict.
 
     Parameters
     ----------
@@ -47,14 +47,13 @@ def draw_overlay(
     side_px
         The longer side of the maps in the picture, at most; large maps are shrunk, small ones enlarged.
     title
-        A line to be written above, such as the verdict.
+        A line above the picture, such as the verdict.
 
     Returns
     -------
     NDArray
-        RGB, shape (H, W, 3): A upright, with the largest places of conflict circled (single cells, as noise leaves
-        them, are not) and both maps' origins, the legend and a scale bar below. The colours can be told apart whatever
-        one's colour vision.
+        RGB, shape (H, W, 3): A upright, with the largest spots of conflict circled (single cells, as from noise, are
+        not) and both maps' origins, the legend and a scale bar below. The colours are safe for every colour vision.
     """
     (row, col), known = _cut(a)
     to_known = Similarity(tx=-float(col), ty=-float(row))
@@ -75,7 +74,7 @@ def draw_overlay(
 
 
 def _cut(grid: OccupancyGrid) -> tuple[tuple[int, int], OccupancyGrid]:
-    """Cut a grid to its known cells, and say at which (row, col) they begin; one that knows nothing is left whole."""
+    """Cut a grid to its known cells; return their first (row, col), and the cut, or all of it if none is known."""
     ends = known_ends(grid)
     if not len(ends):
         return (0, 0), grid
@@ -98,7 +97,7 @@ def _paint(on_a: OccupancyGrid, on_b: OccupancyGrid, conflict: NDArray[np.bool_]
 def _legend(spots: Sequence[Spot], circled: int, has_single: bool) -> dict[str, Color]:
     places = f"{circled} of {len(spots)} places" if circled < len(spots) else f"{circled} place" + "s" * (circled != 1)
     entries = {"free: A only": ONLY_A, "B only": ONLY_B, "both": BOTH}
-    entries |= {"wall: A": WALL_A, "B": WALL_B, "both ": WALL_BOTH}  # names are keys: a space tells them apart
+    entries |= {"wall: A": WALL_A, "B": WALL_B, "both ": WALL_BOTH}  # names are keys: a space keeps both
     conflict = f"conflict, {places} circled" if spots else "conflict: single cells" if has_single else "conflict: none"
     return entries | {conflict: CONFLICT}
 
@@ -119,7 +118,7 @@ def _axes(grid: OccupancyGrid, to_picture: Similarity) -> NDArray[np.float64]:
 
 
 def _extent(a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) -> tuple[float, float]:
-    """Return height and width, in cells of A, of what holds A and what is known of B."""
+    """Return height and width, in cells of A, of the box around A and the known cells of B."""
     points = np.concatenate([pixels.apply(known_ends(b)), [[-0.5, -0.5], np.array(a.shape[::-1]) - 0.5]])
     width, height = np.ptp(points, axis=0).tolist()
     return height, width

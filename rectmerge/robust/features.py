@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import suppress
 from rectmerge._kernels.profiles import profile_energies
-from rectmerge._kernels.wall_cells import count_walls, known_bounds, specks_of_few
+from rectmerge._kernels.wall_cells import count_walls, known_bounds, light_specks
 from rectmerge.analysis.distance_codes import BINS, ON_BORDER, distance_codes, distance_to
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.analysis.wall_faces import WallFaces
@@ -136,7 +136,7 @@ def _shrunk(cells: MapCells, bounds: tuple[int, int, int, int], factor: float) -
     # holes between diverging rays are free: nearly half of what surrounds them is
     free |= (cv2.blur(free.astype(np.float32), (3, 3)) > 0.45) & ~occupied
     working = np.where(occupied, OCCUPIED, np.where(free, FREE, UNKNOWN)).astype(np.int8)
-    specks = specks_of_few(working, n_occupied, SPECK_CELLS)
+    specks = light_specks(working, n_occupied, SPECK_CELLS)
     occupied, free = occupied & ~specks, free | specks
     beside_free = cv2.dilate(free.view(np.uint8), np.ones((3, 3), np.uint8)) > 0
     wall = (n_surface > 0) & beside_free & occupied

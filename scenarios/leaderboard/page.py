@@ -70,8 +70,8 @@ area under the risk-coverage curve, lower is better. *e*: median error of the be
 counting as worst. Labels that end in `-tuned` are the same methods with the parameters that `rectbench tune` found:
 ten configurations of each on every fifth pair of the split train of `standard`, the threshold chosen for right less
 wrong; where that did worse on the pairs shown here, both lines stand. The others have their authors' parameters as far
-as we know them, and defaults of our own elsewhere. The peers are written from their articles, some from the outline
-alone: what each is, what of it is ours, and what was extended for an unknown scale, its docstring tells.
+as we know them, and defaults of our own elsewhere. The baselines are written from their articles, some from the
+outline alone: the docstring of each names its source, our own choices, and the extension for an unknown scale.
 `rectbench report` shows the same runs with charts and every pair.
 """
 PREDICTION_EXPLAINED = """Right and accepted at equal true overlap, simulated (`standard`) beside real (`real_maps`,

@@ -49,7 +49,7 @@ def test_the_spectrum_peaks_at_the_normal_of_a_line(degrees):
 def test_turns_go_from_the_second_spectrum_to_the_first_with_their_half_turns():
     first = np.random.default_rng(0).random(180)
 
-    turns = turns_between(np.roll(first, 25), first, most=1)
+    turns = turns_between(np.roll(first, 25), first, max_peaks=1)
 
     assert np.degrees(turns) == pytest.approx([25, 205])
 
@@ -57,7 +57,7 @@ def test_turns_go_from_the_second_spectrum_to_the_first_with_their_half_turns():
 def test_shifts_go_from_the_second_coordinates_to_the_first():
     b = np.array([0.0, 0.0, 0.0, 7.0, 19.0, 19.0])
 
-    assert shifts_between(b - 12.0, b, most=1) == [-12.0]
+    assert shifts_between(b - 12.0, b, max_peaks=1) == [-12.0]
 
 
 @pytest.mark.parametrize("field", ["turns", "shifts", "longest_cells", "angle_step_deg", "scale_step", "accept_at"])

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rectmerge.baselines.keypoints import Keypoints, image_of
+from rectmerge.baselines.keypoints import Keypoints, to_image
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.methods import align
@@ -46,7 +46,7 @@ def test_matches_that_agree_on_a_single_point_are_no_placement():
 def test_the_image_shows_unknown_as_white_and_occupied_as_a_hundred():
     grid = OccupancyGrid(np.array([[-1, 0, 40, 100]], np.int8))
 
-    assert image_of(grid).tolist() == [[255.0, 0.0, 40.0, 100.0]]
+    assert to_image(grid).tolist() == [[255.0, 0.0, 40.0, 100.0]]
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ def test_a_map_without_a_region_is_named():
     assert "map B has no region" in found.reason
 
 
-@pytest.mark.parametrize(("field", "value"), [("most", 0), ("shape_tolerance", 0.0), ("accept_at", 1.5)])
+@pytest.mark.parametrize(("field", "value"), [("max_regions", 0), ("shape_tolerance", 0.0), ("accept_at", 1.5)])
 def test_a_parameter_that_cannot_be_is_refused(field, value):
     with pytest.raises(InputError, match=field):
         Regions(**{field: value})
