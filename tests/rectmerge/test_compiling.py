@@ -17,7 +17,7 @@ def one_more(number):
 @pytest.fixture
 def notes(caplog, monkeypatch):
     """What a process notes that has not compiled yet."""
-    monkeypatch.setattr(compiling.NOTICE, "given", False)
+    monkeypatch.setattr(compiling.NOTICE, "is_logged", False)
     caplog.set_level(logging.INFO, logger="rectmerge")
     return caplog
 
@@ -47,7 +47,7 @@ def test_only_what_is_really_compiled_is_noted(notes, tmp_path, monkeypatch):
     assert "once on this machine for each part" in note
 
     notes.clear()
-    monkeypatch.setattr(compiling.NOTICE, "given", False)  # as in a second process
+    monkeypatch.setattr(compiling.NOTICE, "is_logged", False)  # as in a second process
     assert loaded(file).one_more(1) == 2
     assert not notes.messages
 

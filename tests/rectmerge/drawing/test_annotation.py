@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rectmerge.drawing.annotation import MOST_CIRCLES, circle_spots, draw_origins, find_spots, round_length, with_title
+from rectmerge.drawing.annotation import MAX_CIRCLES, circle_spots, draw_origins, find_spots, round_length, with_title
 
 
 @settings(max_examples=50, deadline=None)
@@ -39,7 +39,7 @@ def test_only_the_fullest_places_are_circled():
 
     circled = circle_spots(image, find_spots(marks))
 
-    assert circled == MOST_CIRCLES
+    assert circled == MAX_CIRCLES
     assert find_spots(marks)[0].pixels == 4
 
 
