@@ -14,7 +14,7 @@ from scenarios.execution.terminal import progress
 
 if TYPE_CHECKING:
     from scenarios.dataset.from_carmen import CarmenSuite
-    from sim.importers.surveys import Survey
+    from sim.importers.survey import Survey
 
 MAP = ("map.yaml", "map.pgm")
 
@@ -48,7 +48,7 @@ def carmen(
     whose odometry was itself corrected is laid down as it is with --poses log.
     """
     from sim.importers import read_carmen
-    from sim.importers.surveys import pose_choice, survey
+    from sim.importers.survey import pose_choice, survey
 
     asked = {"--cut": cut, "--shared": shared, "--resolution-b": resolution_b, "--seed": seed}
     given = {name: value for name, value in asked.items() if value is not None}

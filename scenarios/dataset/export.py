@@ -12,7 +12,7 @@ from rectmerge.io.map_file import write_map
 from scenarios.execution.files import clear_folder, write_json
 from scenarios.pairs.map_view import MapSpec
 from scenarios.pairs.pair import MapPair, make_pair
-from sim.missions.log import MissionLog
+from sim.missions.mission_log import MissionLog
 from sim.missions.trajectory import write_tum
 
 TWO_BUILDINGS = ("other-building", "other-floor", "blank-halls", "mirrored")  # kinds of unrelated pairs

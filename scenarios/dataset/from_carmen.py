@@ -13,8 +13,8 @@ from scenarios.dataset.generate import SEED_STRIDE
 from scenarios.pairs.map_view import MapSpec, PlacedMap, place_map
 from scenarios.pairs.pair import MapPair, map_attributes, pair_from_maps
 from scenarios.pairs.truth import ScannedSurface, common_points
-from sim.importers.surveys import Survey
-from sim.missions.log import RobotLog
+from sim.importers.survey import Survey
+from sim.missions.mission_log import RobotLog
 
 CUTS_WITHIN = 0.2  # of the wanted cut, as a share of the scans, lie the cuts of several pairs
 MARGIN = 0.1  # of the scans, that each part has at least

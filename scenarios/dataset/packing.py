@@ -26,7 +26,7 @@ from scenarios.execution.limits import Limits, call_within
 from scenarios.pairs.pair import MapPair, MissionPairs, PairInputs, PairSource
 from scenarios.pairs.truth import control_point_rmse
 from scenarios.scoring.score import Outcome
-from sim.missions.log import MissionLog
+from sim.missions.mission_log import MissionLog
 
 MetadataRow = dict[str, Any]
 WORLD_M = 0.05  # metres per cell of a building's raster

@@ -30,7 +30,7 @@ from scenarios.pairs.pair import MapPair
 from scenarios.scoring.row import Row
 from scenarios.suites.suite import load_suite
 from sim.bullet import physics
-from sim.missions.mission import MissionLog
+from sim.missions.mission_log import MissionLog
 
 Picture = NDArray[np.uint8]
 TILE = 620, 560  # width and height of a picture in the combined one

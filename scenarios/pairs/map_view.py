@@ -15,7 +15,7 @@ from rectmerge.similarity import Similarity
 from scenarios.corruption import CorruptedMap, add_noise, check_corruptions, corrupt, noise_strength
 from scenarios.corruption.geometry import Size, turn_image
 from scenarios.pairs.cropping import crop_to_known
-from sim.missions.log import RobotLog
+from sim.missions.mission_log import RobotLog
 from sim.sensors.lidar import Lidar
 from sim.slam.mapping import HIT, LIMIT, MISS, build_map
 from sim.slam.odometry import drive_blind

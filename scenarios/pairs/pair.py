@@ -14,7 +14,7 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 from scenarios.pairs.map_view import MapSpec, PlacedMap, place_map
 from scenarios.pairs.truth import control_point_rmse, control_points, is_bent, known_extent
-from sim.missions.log import MissionLog
+from sim.missions.mission_log import MissionLog
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from scenarios.pairs.map_view import PlacedMap
-from sim.missions.log import MissionLog, RobotLog
+from sim.missions.mission_log import MissionLog, RobotLog
 from sim.sensors.lidar import Lidar
 from sim.slam.mapping import scan_points
 from sim.world import World

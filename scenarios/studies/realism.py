@@ -24,7 +24,7 @@ from scenarios.pairs.truth import control_point_rmse, known_extent
 from scenarios.studies.realism_page import page
 from scenarios.suites.random_missions import random_sources
 from scenarios.suites.suite import MissionSource
-from sim.missions.log import STUCK_SHARE, MissionLog, RobotLog
+from sim.missions.mission_log import STUCK_SHARE, MissionLog, RobotLog
 from sim.world import World
 
 PAGE, SHEET = "README.md", "sheet.png"

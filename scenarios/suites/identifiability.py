@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.pairs.pair import MapPair
-from sim.missions.log import MissionLog, RobotLog
+from sim.missions.mission_log import MissionLog, RobotLog
 from sim.sensors.lidar import Lidar
 from sim.slam.mapping import build_map
 from sim.world import World

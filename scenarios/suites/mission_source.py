@@ -17,7 +17,8 @@ from scenarios.suites.identifiability import LEAST_MARGIN, identifiable_margin
 from scenarios.suites.spec import UNRELATED, Scenario, Variant
 from scenarios.suites.unrelated import unrelated_log
 from sim.floorplans import make_world
-from sim.missions.mission import MissionLog, cut_to_overlap, run_mission
+from sim.missions.mission import run_mission
+from sim.missions.mission_log import MissionLog, cut_to_overlap
 
 OVERLAP_WITHIN = 0.05  # of a wanted overlap
 CUTS = 4  # of a log, at the most, until its finished maps have the wanted overlap

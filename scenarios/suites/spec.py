@@ -9,7 +9,7 @@ from rectmerge.errors import InputError
 from scenarios.corruption import NOISE_LEVELS
 from scenarios.pairs.map_view import MapSpec
 from sim.floorplans import Hall, Office, WorldSpec
-from sim.missions.mission import MissionSpec
+from sim.missions.spec import MissionSpec
 
 Split = Literal["train", "test"]
 Kind = Literal["related", "other-building", "no-shared-room", "other-floor", "mirrored", "blank-halls"]

@@ -21,7 +21,8 @@ from scenarios.pairs.pair import make_pair
 from scenarios.suites.spec import Scenario
 from sim.floorplans import Hall, WorldSpec, make_world
 from sim.floorplans.splitting import width
-from sim.missions.mission import MissionLog, cut_to_overlap, run_mission
+from sim.missions.mission import run_mission
+from sim.missions.mission_log import MissionLog, cut_to_overlap
 from sim.world import World
 
 SAME_WIDTH_M = 0.1  # corridors are as wide as each other within this

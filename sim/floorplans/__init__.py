@@ -2,15 +2,15 @@
 
 from sim.floorplans.apartment import Apartment
 from sim.floorplans.clutter import Clutter
+from sim.floorplans.generation import FAMILIES, families, make_world
 from sim.floorplans.hall import Hall
 from sim.floorplans.hospital import Hospital
 from sim.floorplans.loop import Loop
-from sim.floorplans.making import FAMILIES, families, make_world
 from sim.floorplans.office import Office
 from sim.floorplans.polygonal import Polygonal
 from sim.floorplans.round import Round
 from sim.floorplans.spec import WorldSpec
-from sim.floorplans.twowing import TwoWing
+from sim.floorplans.two_wing import TwoWing
 from sim.floorplans.warehouse import Warehouse
 
 __all__ = [

@@ -1,6 +1,6 @@
 """What others recorded or drew: worlds from ROS maps, images, floor plans and HouseExpo's plans, and CARMEN logs."""
 
 from sim.importers.carmen import CarmenLog, read_carmen
-from sim.importers.files import import_world
+from sim.importers.world_file import import_world
 
 __all__ = ["CarmenLog", "import_world", "read_carmen"]

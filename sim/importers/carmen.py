@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.io.image_file import require_file
-from sim.importers.carmenlines import FLASER, ROBOTLASER, Laser, finite, require_words, scan_of
+from sim.importers.carmen_lines import FLASER, ROBOTLASER, Laser, finite, require_words, scan_of
 from sim.slam.odometry import between, compose, wrapped
 
 STEPS_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 400: 0.25, 401: 0.25, 540: 0.5, 541: 0.5}  # by readings

@@ -11,19 +11,17 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import SimulationError
 from sim.bullet import Physics, physics
-from sim.missions.log import FEWEST_SCANS, MissionLog, RobotLog, cut_to_overlap
+from sim.missions.mission_log import FEWEST_SCANS, MissionLog, cut_to_overlap
 from sim.missions.robot import Robot
-from sim.missions.spec import USUAL_SHARE, MissionSpec, RobotSpec
+from sim.missions.spec import USUAL_SHARE, MissionSpec
 from sim.motion.coverage import SeenFloor, all_cuts, least_area_m2
 from sim.motion.driving import DriveField, Ways, cell_centre, drivable, nearest_drivable
-from sim.motion.exploration import find_stops, keep_apart, make_tour, nearest_stop, share_rooms, starts_apart
 from sim.motion.frontiers import Frontiers
 from sim.motion.piloting import Guide, Pilot
 from sim.motion.steering import Steering
+from sim.motion.tours import find_stops, keep_apart, make_tour, nearest_stop, share_rooms, starts_apart
 from sim.sensors.ray_casting import Caster
 from sim.world import World
-
-__all__ = ["MissionLog", "MissionSpec", "RobotLog", "RobotSpec", "cut_to_overlap", "run_mission"]
 
 CONTROL_EVERY = 3  # physics steps per control step
 CHECK_EVERY_S = 1.0  # between looks at whether anything more is needed

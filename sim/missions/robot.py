@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import SimulationError
 from sim.bullet import TRACK_M, WHEEL_RADIUS_M, Physics
-from sim.missions.log import FEWEST_SCANS, RobotLog
+from sim.missions.mission_log import FEWEST_SCANS, RobotLog
 from sim.missions.spec import RobotSpec
 from sim.motion.coverage import SeenFloor
 from sim.motion.piloting import Pilot

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim._kernels.seeing import see_scans
+from sim._kernels.visibility import see_scans
 from sim.motion.driving import CELL_M
 from sim.sensors.lidar import Lidar
 

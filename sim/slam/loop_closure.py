@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
-from sim._kernels.loops import solve_profile
+from sim._kernels.pose_graph import solve_profile
 from sim.slam.odometry import between, compose, wrapped
 from sim.slam.scan_matching import GrowingMap, scan_hits
 

@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 from sim.floorplans import Office, make_world
-from sim.missions.mission import MissionLog, MissionSpec, RobotSpec, run_mission
+from sim.missions.mission import run_mission
+from sim.missions.mission_log import MissionLog
+from sim.missions.spec import MissionSpec, RobotSpec
 from sim.slam.mapping import build_map
 from sim.slam.pose_sources import estimate_poses
 from sim.world import World

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rectmerge.grid import OccupancyGrid
 from scenarios.pairs.pair import MapPair
-from sim.missions.log import MissionLog, RobotLog
+from sim.missions.mission_log import MissionLog, RobotLog
 from sim.sensors.lidar import Lidar
 from sim.slam.mapping import build_map
 

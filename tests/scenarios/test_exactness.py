@@ -9,10 +9,11 @@ from scenarios.pairs.pair import make_pair
 from scenarios.pairs.truth import known_extent
 from scenarios.suites.suite import load_suite
 from sim.floorplans import FAMILIES, make_world
-from sim.missions.log import MissionLog
-from sim.missions.mission import MissionSpec, RobotSpec, run_mission
+from sim.missions.mission import run_mission
+from sim.missions.mission_log import MissionLog
+from sim.missions.spec import MissionSpec, RobotSpec
 from tests.scenarios.exactness import raster_shift_cells, wall_offset_px
-from tests.sim.made import office_log
+from tests.sim.small_worlds import office_log
 
 
 @functools.cache

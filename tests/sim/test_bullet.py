@@ -11,7 +11,7 @@ from sim.bullet import MOST_RAYS, Physics, physics
 from sim.floorplans import Office, make_world
 from sim.world import Prism
 from tests.sim import naive
-from tests.sim.made import box_world, glass_world
+from tests.sim.small_worlds import box_world, glass_world
 
 
 def drive(engine: Physics, steps: int, *robots: tuple[int, float]) -> None:
@@ -175,7 +175,9 @@ def test_the_camera_sees_floor_walls_and_furniture():
 
 @pytest.mark.sim
 def test_importing_the_engine_leaves_the_error_stream_clean():
-    code = "from sim.bullet import physics; from tests.sim.made import box_world\nwith physics(box_world()): pass"
+    code = (
+        "from sim.bullet import physics; from tests.sim.small_worlds import box_world\nwith physics(box_world()): pass"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
 
     assert done.stderr == ""

@@ -3,7 +3,7 @@ import pytest
 
 from sim.meshes import cut, facets, mesh
 from sim.world import Prism
-from tests.sim.made import box_world
+from tests.sim.small_worlds import box_world
 
 
 def test_a_mesh_has_the_volume_of_its_prisms():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rectmerge.errors import InputError
 from sim.floorplans import Office, make_world
 from sim.world import Prism, World, bar
-from tests.sim.made import box_world
+from tests.sim.small_worlds import box_world
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 

@@ -7,8 +7,8 @@ from rectmerge.cli import console
 from rectmerge.io.map_file import read_map
 from scenarios.bench.run import read_rows
 from scenarios.cli.main import app
-from tests.sim.carmenlogs import flaser, office_walk, robotlaser, written
-from tests.sim.made import wall_distance
+from tests.sim.carmen_logs import flaser, office_walk, robotlaser, written
+from tests.sim.small_worlds import wall_distance
 
 WALK = office_walk()
 

@@ -12,9 +12,9 @@ from scenarios.dataset.export import write_mission
 from scenarios.pairs.map_view import MapSpec
 from scenarios.pairs.pair import make_pair
 from scenarios.pairs.truth import control_point_rmse
-from sim.missions.log import MissionLog, RobotLog
+from sim.missions.mission_log import MissionLog, RobotLog
 from tests.sim import naive
-from tests.sim.made import box_world, office_log, wall_distance
+from tests.sim.small_worlds import box_world, office_log, wall_distance
 
 LOG = office_log()
 TURNED = MapSpec(resolution=0.06, turn_deg=35.0, turn="image")

@@ -7,9 +7,9 @@ from rectmerge.grid import OccupancyGrid
 from scenarios.dataset.from_carmen import CarmenSuite
 from scenarios.pairs.truth import control_point_rmse
 from sim.importers import read_carmen
-from sim.importers.surveys import survey
-from tests.sim.carmenlogs import flaser, office_walk, robotlaser, written
-from tests.sim.made import wall_distance
+from sim.importers.survey import survey
+from tests.sim.carmen_logs import flaser, office_walk, robotlaser, written
+from tests.sim.small_worlds import wall_distance
 
 WALK = office_walk()
 

@@ -8,7 +8,7 @@ from scenarios.dataset.packing import make
 from scenarios.pairs.map_view import MapSpec
 from scenarios.pairs.pair import MissionPairs, make_pair
 from tests.scenarios.tiny_suite import Rooms
-from tests.sim.made import office_log
+from tests.sim.small_worlds import office_log
 
 
 @dataclass(frozen=True)

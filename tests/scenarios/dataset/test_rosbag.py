@@ -27,7 +27,7 @@ from scenarios.pairs.pair import MissionPairs, PairInputs, make_pair
 from scenarios.suites.mission_source import MissionSource
 from scenarios.suites.spec import Scenario
 from tests.scenarios.tiny_suite import TinySuite
-from tests.sim.made import walked_log
+from tests.sim.small_worlds import walked_log
 
 SPECS = MapSpec(turn_deg=25.0, hide_resolution=False), MapSpec(resolution=0.06, turn_deg=-40.0, turn="image")
 

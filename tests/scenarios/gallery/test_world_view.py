@@ -19,7 +19,7 @@ from scenarios.gallery.world_view import (
 from sim.floorplans import FAMILIES, Office
 from sim.world import Door, Prism, World
 from tests.drawing import DATA
-from tests.sim.made import box_world
+from tests.sim.small_worlds import box_world
 
 SQUARE = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1]])
 

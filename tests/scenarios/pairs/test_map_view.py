@@ -10,7 +10,7 @@ from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from scenarios.pairs.cropping import crop_to_known
 from scenarios.pairs.map_view import MapSpec, PlacedMap, place_map
-from tests.sim.made import office_log
+from tests.sim.small_worlds import office_log
 
 LOG = office_log()
 

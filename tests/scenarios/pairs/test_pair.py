@@ -14,9 +14,9 @@ from rectmerge.similarity import Similarity
 from scenarios.pairs.map_view import MapSpec, place_map
 from scenarios.pairs.pair import make_pair
 from scenarios.pairs.truth import known_extent
-from sim.missions.mission import RobotSpec
+from sim.missions.spec import RobotSpec
 from tests.scenarios.known_answers import pixel_to_world
-from tests.sim.made import office_log, wall_distance
+from tests.sim.small_worlds import office_log, wall_distance
 
 LOG = office_log()
 ENDS = ((LOG.a, slice(0, 3)), (LOG.b, slice(-3, None)))  # three scans in the first room, three in the last

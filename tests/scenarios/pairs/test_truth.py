@@ -10,7 +10,7 @@ from scenarios.pairs.map_view import MapSpec, place_map
 from scenarios.pairs.truth import _any_of, _is_surface, control_point_rmse, control_points, is_bent, known_extent
 from sim.world import Prism
 from tests.scenarios.known_answers import pixel_to_world
-from tests.sim.made import box_world, office_log, wall_distance
+from tests.sim.small_worlds import box_world, office_log, wall_distance
 
 LOG = office_log()
 

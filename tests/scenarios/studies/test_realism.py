@@ -8,8 +8,8 @@ from scenarios.pairs.pair import make_pair
 from scenarios.studies.realism import Finding, affine_rmse, examine, faults_of, figures_of, goes_through_walls
 from scenarios.studies.realism_page import coverage, distributions, page, sturdiness
 from scenarios.suites.random_missions import random_sources
-from sim.missions.log import MissionLog
-from tests.sim.made import office_log
+from sim.missions.mission_log import MissionLog
+from tests.sim.small_worlds import office_log
 
 MACHINE = {"commit": "abc", "processor": "a processor"}
 

@@ -8,9 +8,8 @@ import pytest
 from scenarios.pairs.map_view import MapSpec
 from scenarios.pairs.pair import make_pair
 from scenarios.suites.identifiability import LEAST_MARGIN, identifiable_margin
-from sim.missions.log import MissionLog, RobotLog
-from sim.missions.mission import RobotSpec
-from sim.missions.spec import MissionSpec
+from sim.missions.mission_log import MissionLog, RobotLog
+from sim.missions.spec import MissionSpec, RobotSpec
 from sim.sensors.lidar import Lidar
 from sim.sensors.ray_casting import Caster
 from sim.world import Prism, Room, World

@@ -11,7 +11,7 @@ from scenarios.suites import mission_source as missionsource
 from scenarios.suites.mission_source import BUILDINGS, MissionSource
 from scenarios.suites.spec import Scenario
 from tests.scenarios.known_answers import pair
-from tests.sim.made import office_log
+from tests.sim.small_worlds import office_log
 
 SOURCE = MissionSource("made", Scenario(name="office", noise=(0, 1)), 3)
 

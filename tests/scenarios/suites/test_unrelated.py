@@ -7,7 +7,7 @@ from scenarios.suites.mission_source import MissionSource
 from scenarios.suites.spec import Scenario
 from scenarios.suites.unrelated import MOST_SHARED, SAME_SHELL_M, SAME_WIDTH_M, corridor_m, shell
 from sim.floorplans import Hall, Office, make_world
-from sim.missions.mission import MissionSpec, RobotSpec
+from sim.missions.spec import MissionSpec, RobotSpec
 from sim.sensors.lidar import Lidar
 
 pytestmark = pytest.mark.sim

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sim.floorplans import FAMILIES, Clutter, Hall, Hospital, Loop, Office, Polygonal, TwoWing, Warehouse, make_world
-from tests.sim.floorplans.worlds import PLAIN, plain, usual
+from tests.sim.floorplans.buildings import PLAIN, plain, usual
 
 
 def directions(world):

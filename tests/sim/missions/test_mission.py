@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import InputError, SimulationError
-from sim.missions.mission import MissionLog, MissionSpec, RobotSpec, run_mission
+from sim.missions.mission import run_mission
+from sim.missions.mission_log import MissionLog
+from sim.missions.spec import MissionSpec, RobotSpec
 from sim.sensors.lidar import Lidar
 from sim.world import World
 from tests.sim import naive
-from tests.sim.made import box_world, free_cells, plain_office, rectangle, wall_distance
+from tests.sim.small_worlds import box_world, free_cells, plain_office, rectangle, wall_distance
 
 ROBOT = RobotSpec(scan_hz=2.0, lidar=Lidar(beams=90))
 SPEC = MissionSpec(max_seconds=25.0, a=ROBOT, b=ROBOT)

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from sim.motion.coverage import TOLERANCE, SeenFloor, all_cuts
 from sim.sensors.lidar import Lidar
 from tests.sim import naive
-from tests.sim.made import office_log
+from tests.sim.small_worlds import office_log
 
 LIDAR = Lidar(beams=7, max_range_m=1.2, min_range_m=0.1)
 

@@ -11,7 +11,7 @@ from sim._kernels import paths
 from sim.motion.driving import KEEP_OFF_M, Ways, disc, drivable, most_gain, nearest_cell
 from sim.world import Prism, World
 from tests.sim import naive
-from tests.sim.made import box_world, wall_distance
+from tests.sim.small_worlds import box_world, wall_distance
 
 
 @settings(deadline=None)

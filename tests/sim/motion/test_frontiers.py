@@ -11,7 +11,7 @@ from sim.motion.steering import Steering
 from sim.sensors.lidar import Lidar
 from sim.sensors.ray_casting import Caster
 from sim.world import World
-from tests.sim.made import box_world, corridor_world, drive_exactly, plain_office, wall_distance
+from tests.sim.small_worlds import box_world, corridor_world, drive_exactly, plain_office, wall_distance
 
 
 class Scanning(Pilot):

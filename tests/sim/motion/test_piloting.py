@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from sim.motion.driving import Ways, drivable
-from sim.motion.exploration import Tour
 from sim.motion.piloting import BACK_OFF_S, MOST_BACK_OFFS, STUCK_AFTER_S, Pilot
 from sim.motion.steering import Steering
-from tests.sim.made import box_world, corridor_world, drive_exactly, wall_distance
+from sim.motion.tours import Tour
+from tests.sim.small_worlds import box_world, corridor_world, drive_exactly, wall_distance
 
 TOUCHING_M = 0.34  # between the centres of two robots
 

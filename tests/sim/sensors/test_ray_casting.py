@@ -13,7 +13,7 @@ from sim.floorplans import Office, make_world
 from sim.sensors.ray_casting import ROBOT_PARTS, Caster
 from sim.world import Prism, World, bar
 from tests.sim import naive
-from tests.sim.made import box_world, glass_world
+from tests.sim.small_worlds import box_world, glass_world
 
 ANGLES = np.linspace(-3.1, 3.1, 301)
 ALONE = np.empty((0, 3))

@@ -4,11 +4,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from sim._kernels.loops import solve_profile
+from sim._kernels.pose_graph import solve_profile
 from sim.slam.loop_closure import KeyScans, Links, carry, solve_graph
 from sim.slam.odometry import between, chain, compose
 from tests.sim import naive
-from tests.sim.walks import LIDAR, ring_walk, ring_world
+from tests.sim.scan_walks import LIDAR, ring_walk, ring_world
 
 seeds = st.integers(0, 10_000)
 

@@ -9,7 +9,7 @@ from sim._kernels.tracing import trace_scans
 from sim.sensors.lidar import Lidar
 from sim.slam.mapping import build_map, growing_maps
 from tests.sim import naive
-from tests.sim.made import box_world, office_log, wall_distance
+from tests.sim.small_worlds import box_world, office_log, wall_distance
 
 WORLD, LIDAR = box_world(), Lidar(beams=1440)
 POSES = np.array([[1.53, 2.07, 0.4], [5.0, 2.5, 2.0], [1.2, 1.0, -1.0]])

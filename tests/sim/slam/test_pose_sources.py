@@ -8,7 +8,7 @@ import pytest
 from rectmerge.errors import InputError
 from sim.slam.odometry import between, drive_blind
 from sim.slam.pose_sources import Slam, estimate_poses
-from tests.sim.walks import LIDAR, ring_walk, room_walk
+from tests.sim.scan_walks import LIDAR, ring_walk, room_walk
 
 HASH = """
 import hashlib

@@ -13,8 +13,8 @@ from sim.slam.odometry import between, compose
 from sim.slam.scan_matching import BLOCK, GrowingMap, scan_hits
 from sim.world import World
 from tests.sim import naive
-from tests.sim.made import box_world
-from tests.sim.walks import ring_world
+from tests.sim.scan_walks import ring_world
+from tests.sim.small_worlds import box_world
 
 LIDAR = Lidar(beams=1080)
 WORLD, POSE = box_world(), np.array([1.53, 2.07, 0.4])

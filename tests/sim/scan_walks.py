@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sim.sensors.lidar import Lidar
 from sim.world import Prism, World
 from tests.sim import naive
-from tests.sim.made import box_world
+from tests.sim.small_worlds import box_world
 
 LIDAR = Lidar(beams=180)
 SIZE, WIDTH = (12.0, 9.0), 2.0  # of the ring, and of its corridor

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from rectmerge.errors import SimulationError
 from sim.motion.driving import Ways, drivable
-from sim.motion.exploration import (
+from sim.motion.tours import (
     APART_M,
     find_stops,
     in_order,
@@ -19,7 +19,7 @@ from sim.motion.exploration import (
     starts_apart,
 )
 from sim.world import Prism
-from tests.sim.made import box_world, plain_office, rectangle
+from tests.sim.small_worlds import box_world, plain_office, rectangle
 
 WORLD = plain_office(1, size_m=(16.0, 11.0))
 DRIVE = drivable(WORLD)

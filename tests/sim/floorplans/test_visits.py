@@ -6,7 +6,7 @@ import pytest
 from sim.floorplans.drafting import Pen
 from sim.floorplans.pieces import Piece, block
 from sim.floorplans.shapes import rectangle
-from sim.floorplans.visiting import Furniture, change, shut
+from sim.floorplans.visits import Furniture, change, shut
 from sim.world import Door
 
 MODEL = block(1.0, 1.0, 1.0)

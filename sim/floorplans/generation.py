@@ -23,8 +23,8 @@ from sim.floorplans.pieces import Piece
 from sim.floorplans.polygonal import Polygonal
 from sim.floorplans.round import Round
 from sim.floorplans.spec import WorldSpec
-from sim.floorplans.twowing import TwoWing
-from sim.floorplans.visiting import Furniture, Leaves, change, shut
+from sim.floorplans.two_wing import TwoWing
+from sim.floorplans.visits import Furniture, Leaves, change, shut
 from sim.floorplans.warehouse import Warehouse
 from sim.motion.driving import DriveField, drivable, standing_spot
 from sim.world import Prism, World

@@ -3,10 +3,10 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import SimulationError
-from sim.floorplans import FAMILIES, Office, Round, families, make_world, making
+from sim.floorplans import FAMILIES, Office, Round, families, generation, make_world
 from sim.motion.driving import drivable, nearest_drivable
 from sim.world import World
-from tests.sim.floorplans.worlds import plain, usual
+from tests.sim.floorplans.buildings import plain, usual
 
 MANY = [(family, seed) for family in FAMILIES for seed in range(1, 12)]
 
@@ -192,7 +192,7 @@ def test_the_share_asked_for_differs_between_the_visits(share, least, most):
 
 
 def test_what_cannot_be_built_says_what_may_help(monkeypatch):
-    monkeypatch.setattr(making, "DRAFTS", 2)
+    monkeypatch.setattr(generation, "DRAFTS", 2)
     with pytest.raises(SimulationError, match=r"2 drafts of this round came to nothing.*door_m"):
         make_world(Round(door_m=(0.7, 0.7), wall_m=(0.4, 0.4), furniture=0.0), 0)
 

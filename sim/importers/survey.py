@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from sim.importers.carmen import CarmenLog
-from sim.missions.log import FEWEST_SCANS, RobotLog
+from sim.missions.mission_log import FEWEST_SCANS, RobotLog
 from sim.sensors.lidar import Lidar
 from sim.slam.mapping import build_map
 from sim.slam.odometry import between, compose

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sim.sensors.ray_casting import Caster
 from sim.slam.odometry import compose, drive_blind
 from sim.world import World
-from tests.sim.made import plain_office, walked_log
+from tests.sim.small_worlds import plain_office, walked_log
 
 SICK = np.radians(np.arange(-90.0, 90.5, 1.0))  # 181 beams
 NOTHING_M = 81.83

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import InputError, SimulationError
-from sim.missions.log import MissionLog, RobotLog, cut_to_overlap
-from tests.sim.made import free_cells, office_log, walked_log
+from sim.missions.mission_log import MissionLog, RobotLog, cut_to_overlap
+from tests.sim.small_worlds import free_cells, office_log, walked_log
 
 
 def npy() -> bytes:

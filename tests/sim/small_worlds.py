@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.floorplans import Office, make_world
-from sim.missions.mission import MissionLog, MissionSpec, RobotLog, RobotSpec
+from sim.missions.mission_log import MissionLog, RobotLog
+from sim.missions.spec import MissionSpec, RobotSpec
 from sim.motion.driving import Ways, drivable
-from sim.motion.exploration import Tour
 from sim.motion.piloting import Pilot
 from sim.motion.steering import Steering
+from sim.motion.tours import Tour
 from sim.sensors.lidar import Lidar
 from sim.sensors.ray_casting import Caster
 from sim.slam.mapping import build_map
