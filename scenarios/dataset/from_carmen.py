@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -140,7 +139,6 @@ class CarmenSuite:
     resolution_a: float = 0.05
     resolution_b: float = 0.05
     seed: int = 0
-    digest: str = field(init=False)
 
     def __post_init__(self) -> None:
         if self.pairs < 1 or self.seed < 0 or self.pairs > SEED_STRIDE:
@@ -150,10 +148,6 @@ class CarmenSuite:
         if not 0 <= self.shared <= 1:
             raise InputError(f"shared must be 0 to 1 of the log, got {self.shared}")
         self._specs()
-        robot = self.survey.robot
-        data = b"".join(part.tobytes() for part in (robot.times, robot.poses, robot.odometry, robot.ranges))
-        scanner = f"{self.survey.lidar} {self.survey.is_matched}".encode()
-        object.__setattr__(self, "digest", hashlib.sha256(scanner + data).hexdigest())
 
     @property
     def title(self) -> str:

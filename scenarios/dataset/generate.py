@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -13,6 +12,7 @@ from typing import Any, Literal, Protocol, get_args
 from rectmerge.errors import InputError
 from rectmerge.extras import require_extras
 from rectmerge.io.json_text import to_json
+from scenarios.dataset.content_hash import content_hash
 from scenarios.dataset.packing import Explorer, Package, make_within
 from scenarios.dataset.writer import DataSetWriter, finished_info
 from scenarios.execution.executors import IN_FLIGHT, WorkerDiedError, completed, describe_machine
@@ -213,11 +213,10 @@ def identity_of(suite: PairSuite, *, pairs: int | None, seed: int, form: Form = 
     """Return all that determines the bytes of a data set, as plain data."""
     machine = describe_machine()
     versions = {"python": machine["python"], **machine["packages"], "commit": machine["commit"]}
-    content = hashlib.sha256(repr(suite).encode()).hexdigest()
     return {
         "schema": SCHEMA,
         "suite": suite.name,
-        "suite_sha256": content,
+        "suite_sha256": content_hash(suite),
         "seed": seed,
         "pairs": pairs,
         "format": form,
