@@ -95,13 +95,13 @@ def _notes(placement: Transform, *, has_scale: bool) -> Iterator[str]:
 
 def _refuse(output: Path | None, points: Path, file: AlignmentFile) -> None:
     """Refuse to write over the inputs of the command or the results of the merge."""
-    from rectmerge.io.atomic_file import real, require_other
+    from rectmerge.io.atomic_file import require_other, resolve_links
     from rectmerge.results.folder import ResultFolder
 
     if output is None:
         return
     require_other(output, [points, file.path])
-    if any(ResultFolder(folder).owns(output) for folder in (file.folder, real(file.path).parent)):
+    if any(ResultFolder(folder).owns(output) for folder in (file.folder, resolve_links(file.path).parent)):
         raise InputError(f"{output}: is for a result of the merge; name another file with -o")
 
 

@@ -1,1 +1,1 @@
-"""Map files: ROS YAML with images, bags and plain images, read and written."""
+"""Map files, read and written (ROS YAML with images, bags, plain images), and atomic writing."""

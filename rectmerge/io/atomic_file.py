@@ -11,19 +11,19 @@ from pathlib import Path
 from rectmerge.errors import InputError, MapFileError
 
 
-def real(path: Path) -> Path:
-    """Resolve a path's links, as far as that goes: of a link to itself its own name stays."""
+def resolve_links(path: Path) -> Path:
+    """Resolve the links of a path; a link to itself keeps its own name."""
     return Path(os.path.realpath(path))
 
 
 def require_other(output: Path, inputs: Iterable[Path]) -> None:
-    """Raise InputError where what is to be written is a file that is read, by whatever name."""
-    if real(output) in map(real, inputs):
+    """Raise InputError if the output is one of the inputs, by any name."""
+    if resolve_links(output) in map(resolve_links, inputs):
         raise InputError(f"{output}: is an input, and would be replaced; name another file with -o")
 
 
 def replace_file(path: Path, data: bytes) -> None:
-    """Write a file so that its name never holds half of it.
+    """Write a file in one step: its name never holds half of it.
 
     Raises
     ------
@@ -34,15 +34,15 @@ def replace_file(path: Path, data: bytes) -> None:
 
 
 def replace_files(files: Mapping[Path, bytes], *, stale: Iterable[Path] = ()) -> None:
-    """Write files so that no name ever holds half of one, and where one cannot be written all stay as they were.
+    """Write files in one step: no name ever holds half of one; if one cannot be written, all stay as they were.
 
     Parameters
     ----------
     files
-        What goes where; the names appear in this order. Of several, no earlier one is left when the first new one
-        appears: whoever finds the last finds the others as they belong to it.
+        Contents by path; the names appear in this order. Of several, all old ones are gone before the first new one
+        appears: a reader that finds the last finds the others that belong to it.
     stale
-        Files that go as well.
+        Files to be removed as well.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def replace_files(files: Mapping[Path, bytes], *, stale: Iterable[Path] = ()) ->
 
 
 def _require_no_folder(path: Path) -> None:
-    if path.is_dir() and not path.is_symlink():  # it could be set aside like a file, with all it holds
+    if path.is_dir() and not path.is_symlink():  # a rename would set it aside like a file, with its content
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
 
 
@@ -85,10 +85,10 @@ def _hidden(path: Path, suffix: str) -> Path:
 
 
 def _put_back(earlier: Mapping[Path, Path], fresh: Iterable[Path]) -> None:
-    """Undo a replacement that broke off; what went first comes back last, so that it stands for the others again."""
+    """Undo a replacement that broke off, in reverse order: the last file comes back when the others are there."""
     _remove(fresh)
     for path, old in reversed([*earlier.items()]):
-        with contextlib.suppress(OSError):  # what does not come back stays beside, under its hidden name
+        with contextlib.suppress(OSError):  # a file that cannot come back keeps its hidden name
             if os.path.lexists(old):
                 old.replace(path)
 

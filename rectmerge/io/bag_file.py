@@ -19,20 +19,20 @@ from rectmerge.io.image_file import BROKEN, require_file
 
 MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
 SUFFIXES = (".bag", ".mcap", ".db3")
-METADATA = "metadata.yaml"  # what makes a folder a rosbag2
-TILT = 1e-3  # sine of half the angle between a map's plane and the floor, up to which it is taken to be level
+METADATA = "metadata.yaml"  # a folder with this file is a rosbag2
+TILT = 1e-3  # largest sine of half the angle between a level map's plane and the floor
 LONGEST_REASON = 160  # characters
 
 
 class BagName(NamedTuple):
-    """What a name like ``run.mcap:/robot1/map`` says: the file or folder, and the topic, None where it tells none."""
+    """Parts of a name like ``run.mcap:/robot1/map``: the file or folder, and the topic, None if not given."""
 
     file: Path
     topic: str | None
 
 
 class _Bag(NamedTuple):
-    """An open bag: its connections, their messages as (connection, time, bytes), and how a map is decoded."""
+    """An open bag: its connections, their messages as (connection, time, bytes), and the decoder of a map."""
 
     connections: Sequence[Any]
     messages: Callable[..., Iterator[tuple[Any, int, bytes]]]
@@ -40,9 +40,9 @@ class _Bag(NamedTuple):
 
 
 def split_bag(path: str | os.PathLike[str]) -> BagName | None:
-    """Take the name of a map in a bag apart; None where it is not one.
+    """Split the name of a map in a bag; return None if it is not such a name.
 
-    A bag is a ``.bag``, ``.mcap`` or ``.db3`` file, there or not, or a rosbag2 folder, which holds a metadata.yaml.
+    A bag is a ``.bag``, ``.mcap`` or ``.db3`` file, existing or not, or a rosbag2 folder with its metadata.yaml.
 
     Examples
     --------
@@ -60,19 +60,19 @@ def split_bag(path: str | os.PathLike[str]) -> BagName | None:
 
 
 def is_bag(path: str | os.PathLike[str]) -> bool:
-    """Whether a name is that of a map in a bag."""
+    """Return if a name is that of a map in a bag."""
     return split_bag(path) is not None
 
 
 def bag_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
-    """Return the files that a map in a bag is read from: the bag, or all in a rosbag2 folder."""
+    """Return the files of a bag: the bag, or all in a rosbag2 folder."""
     bag = split_bag(path)
     file = Path(path) if bag is None else bag.file
     return tuple(sorted(file.iterdir())) if _is_there(file, folder=True) else (file,)
 
 
 def read_bag_map(path: str | os.PathLike[str]) -> OccupancyGrid:
-    """Read a map from a bag: the newest on its topic.
+    """Read the newest map on a topic of a bag.
 
     Parameters
     ----------
@@ -82,21 +82,21 @@ def read_bag_map(path: str | os.PathLike[str]) -> OccupancyGrid:
     Raises
     ------
     MapFileError
-        If rosbags is not installed, the bag or the topic cannot be read, the map is no usable one or has no free cell;
+        If rosbags is not installed, the bag or the topic cannot be read, or the map is unusable or has no free cell;
         the message names the file and the remedy.
 
     Notes
     -----
-    Cells outside -1..100 are unknown. The resolution, 32 bits in the message, is the shortest decimal that they stand
-    for, 0.05 and not 0.05000000074505806. A quaternion of zeros, which stands for no rotation where publishers leave it
-    unset, is yaw 0; the height of the map's origin is not looked at.
+    Cells outside -1..100 are unknown. The resolution, 32 bits in the message, becomes the shortest decimal with these
+    bits, 0.05 and not 0.05000000074505806. A quaternion of zeros, from publishers that leave it unset, is yaw 0; the
+    height of the map's origin is ignored.
     """
     bag = split_bag(path)
     if bag is None:
         raise MapFileError(f"{path}: is no bag; name a .bag, .mcap or .db3 file or a rosbag2 folder, and its topic")
     _require_bag(bag.file)
     with _opened(bag.file) as opened:
-        topic, connections = _chosen(bag, opened.connections)
+        topic, connections = _select_topic(bag, opened.connections)
         newest: tuple[int, bytes] | None = None
         for _, time, data in opened.messages(connections=connections):
             if newest is None or time >= newest[0]:
@@ -104,12 +104,12 @@ def read_bag_map(path: str | os.PathLike[str]) -> OccupancyGrid:
         if newest is None:
             raise MapFileError(f"{bag.file}: there is no message on {topic}; record it until a map is published")
         message = opened.decode(newest[1], MAP_TYPE)
-    return _grid_of(message, f"{bag.file}:{topic}")
+    return _to_grid(message, f"{bag.file}:{topic}")
 
 
 @contextmanager
 def _opened(file: Path) -> Iterator[_Bag]:
-    """Open a bag; what a broken one raises until it is closed becomes one line."""
+    """Open a bag; turn the errors of a broken one, until it is closed, into one line."""
     try:
         from rosbags import rosbag1, rosbag2
         from rosbags.typesys import Stores, get_typestore
@@ -118,7 +118,7 @@ def _opened(file: Path) -> Iterator[_Bag]:
     except ImportError:
         raise MapFileError(f"{file}: reading a bag {missing('rosbags')}") from None
     is_first = file.suffix == ".bag" and not file.is_dir()
-    # The type is the same in all distributions, so what a bag tells of its many types, if anything, is not needed.
+    # the type is the same in all distributions, so a bag's own definitions are not needed
     store = get_typestore(Stores.ROS1_NOETIC if is_first else Stores.ROS2_HUMBLE)
     decode = store.deserialize_ros1 if is_first else store.deserialize_cdr
     try:
@@ -135,7 +135,7 @@ def _opened(file: Path) -> Iterator[_Bag]:
 
 
 def _bag_errors() -> tuple[type[Exception], ...]:
-    """Return what rosbags and the libraries under it raise on broken bags, beside what Python does."""
+    """Return the errors of rosbags and the libraries below it on broken bags, in addition to Python's own."""
     import apsw
     from rosbags import rosbag1, rosbag2
     from rosbags.serde import SerdeError
@@ -165,41 +165,41 @@ def _is_there(path: Path, *, folder: bool = False) -> bool:
     return False
 
 
-def _chosen(bag: BagName, connections: Sequence[Any]) -> tuple[str, list[Any]]:
-    """Return the topic that is wanted with its connections; several may publish on one."""
-    maps = [one for one in connections if one.msgtype == MAP_TYPE]
-    topics = sorted({one.topic for one in maps if one.msgcount} or {one.topic for one in maps})
-    there = f"its maps are on {', '.join(topics)}" if topics else "it holds no nav_msgs/OccupancyGrid at all"
+def _select_topic(bag: BagName, connections: Sequence[Any]) -> tuple[str, list[Any]]:
+    """Return the topic of the map with its connections; several may publish on one."""
+    maps = [connection for connection in connections if connection.msgtype == MAP_TYPE]
+    topics = sorted({each.topic for each in maps if each.msgcount} or {each.topic for each in maps})
+    offer = f"its maps are on {', '.join(topics)}" if topics else "it holds no nav_msgs/OccupancyGrid at all"
     if bag.topic is None and len(topics) != 1:
         remedy = f"; name one, as in {bag.file}:{topics[0]}" if topics else ""
-        raise MapFileError(f"{bag.file}: {there}{remedy}")
+        raise MapFileError(f"{bag.file}: {offer}{remedy}")
     topic = topics[0] if bag.topic is None else bag.topic
-    wanted = [one for one in maps if one.topic.strip("/") == topic.strip("/")]
-    if not wanted:
-        others = {one.msgtype for one in connections if one.topic.strip("/") == topic.strip("/")}
-        what = f"{topic} holds {min(others)}" if others else f"there is no topic {topic}"
-        raise MapFileError(f"{bag.file}: {what}; {there}")
-    return wanted[0].topic, wanted
+    selected = [each for each in maps if each.topic.strip("/") == topic.strip("/")]
+    if not selected:
+        types = {each.msgtype for each in connections if each.topic.strip("/") == topic.strip("/")}
+        fault = f"{topic} holds {min(types)}" if types else f"there is no topic {topic}"
+        raise MapFileError(f"{bag.file}: {fault}; {offer}")
+    return selected[0].topic, selected
 
 
-def _grid_of(message: Any, name: str) -> OccupancyGrid:
+def _to_grid(message: Any, name: str) -> OccupancyGrid:
     """Turn a message, whose first row is the bottom one, into a grid."""
     info, cells = message.info, np.asarray(message.data, dtype=np.int8)
     width, height = int(info.width), int(info.height)
     if min(width, height) < 2:
         raise MapFileError(f"{name}: {width} x {height} cells are no map; record a whole one")
     if width * height > MOST_CELLS or max(width, height) > LONGEST_SIDE_CELLS:
-        most = f"{MOST_CELLS // 10**6} million, {LONGEST_SIDE_CELLS} on a side"
-        raise MapFileError(f"{name}: {width} x {height} cells; there may be {most}: crop it to its known cells")
+        limit = f"{MOST_CELLS // 10**6} million, {LONGEST_SIDE_CELLS} on a side"
+        raise MapFileError(f"{name}: {width} x {height} cells; there may be {limit}: crop it to its known cells")
     if cells.size != width * height:
-        raise MapFileError(f"{name}: {cells.size} cells are not the {width} x {height} that it tells; record another")
+        raise MapFileError(f"{name}: {cells.size} cells are not the stated {width} x {height}; record another")
     known = np.where((cells < UNKNOWN) | (cells > OCCUPIED), np.int8(UNKNOWN), cells)
-    place = info.origin.position
+    position = info.origin.position
     try:
-        yaw = _yaw_of(info.origin.orientation)
+        yaw = _to_yaw(info.origin.orientation)
         resolution = float(str(np.float32(info.resolution)))
         frame = str(message.header.frame_id).lstrip("/") or None  # tf2 knows no leading slash, though ROS 1 wrote it
-        grid = OccupancyGrid(known.reshape(height, width)[::-1], resolution, (place.x, place.y, yaw), frame)
+        grid = OccupancyGrid(known.reshape(height, width)[::-1], resolution, (position.x, position.y, yaw), frame)
     except InputError as error:
         raise MapFileError(f"{name}: {error}; its publisher must mend that") from None
     if why := unusable(grid):
@@ -207,9 +207,9 @@ def _grid_of(message: Any, name: str) -> OccupancyGrid:
     return grid
 
 
-def _yaw_of(turn: Any) -> float:
+def _to_yaw(quaternion: Any) -> float:
     """Return the yaw of a quaternion, radians in -pi..pi."""
-    x, y, z, w = (float(part) for part in (turn.x, turn.y, turn.z, turn.w))
+    x, y, z, w = (float(part) for part in (quaternion.x, quaternion.y, quaternion.z, quaternion.w))
     length = math.hypot(x, y, z, w)
     if length == 0.0:
         return 0.0

@@ -1,4 +1,4 @@
-"""What the pixels of a map_server image mean, as the programs that read such maps have it: they differ."""
+"""Dialects of map_server images: the meaning of pixel values to the different programs that read them."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ CARTOGRAPHERS_DEAD_BAND = 0.04  # probability from 0.5: a single hit, 0.55, is a
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Legend:
-    """What a map_server YAML says of its image's pixels: `negate`, both thresholds and `mode`.
+    """Meaning of an image's pixels by its map_server YAML: `negate`, both thresholds and `mode`.
 
     Raises
     ------
     InputError
-        If the thresholds are not 0 <= free_thresh < occupied_thresh <= 1, or there is no such mode.
+        If the thresholds are not 0 <= free_thresh < occupied_thresh <= 1, or the mode is unknown.
     """
 
     negate: bool = False
@@ -46,12 +46,12 @@ class Legend:
 
 
 def occupancy_table(legend: Legend, dialect: Dialect = "nav2", *, full: int = WHITE) -> NDArray[np.int8]:
-    """Return what each pixel value means to a dialect, shape (full + 1,), -1 or 0..100; alpha is left aside.
+    """Return the occupancy of each pixel value in a dialect, shape (full + 1,), -1 or 0..100, without alpha.
 
     Parameters
     ----------
     legend
-        What the YAML says.
+        The meaning of pixels by the YAML.
     dialect
         - "nav2": nav2_map_server since 2025 (map_io.cpp, loadMapFromFile). A value at a threshold counts as beyond it;
           compared in single precision.
@@ -59,17 +59,17 @@ def occupancy_table(legend: Legend, dialect: Dialect = "nav2", *, full: int = WH
         - "ros1": map_server 1.17 (image_loader.cpp). As "nav2-2024"; in mode scale 1..99 between the thresholds, and
           in mode raw `negate` counts.
         - "cartographer": the grey that cartographer_ros writes (ros_map.cc) is white minus the probability, 128 where
-          nothing was seen. Its YAML tells map_saver's thresholds, by which little of it is free; they are left aside.
+          nothing was seen. Its YAML has map_saver's thresholds, by which little of it is free; they are ignored.
     full
         The value of white.
 
     Notes
     -----
-    What map_server and nav2 cannot express in -1..100 (raw values beyond 100) is unknown.
+    Raw values beyond 100, which map_server and nav2 cannot express, are unknown.
     """
     shade = np.arange(full + 1) / full
     if dialect == "cartographer":
-        return _of_probability(shade if legend.negate else 1.0 - shade)
+        return _by_probability(shade if legend.negate else 1.0 - shade)
     if legend.mode == "raw":
         level = np.arange(full + 1) * WHITE / full
         level = np.rint(level) if dialect != "ros1" else np.floor(WHITE - level if legend.negate else level)
@@ -92,11 +92,11 @@ def read_cells(pixels: Pixels, legend: Legend, dialect: Dialect = "nav2", *, kee
         The decoded image.
     legend, dialect
         As in `occupancy_table`. Colours: "nav2" and "cartographer" take the luma, the others the mean of the channels.
-        Alpha: to "nav2" whatever is not wholly opaque is unknown, but for mode raw; the older ones average it with the
-        colours in mode trinary, by which opaque grey 205 turns free, and in mode scale take what is not opaque ("ros1":
-        what is wholly clear) and lies between the thresholds ("nav2-2024": anywhere) for unknown.
+        Alpha: "nav2" reads pixels that are not fully opaque as unknown, except in mode raw. The older ones average it
+        with the colours in mode trinary, by which opaque grey 205 turns free. In mode scale "nav2-2024" reads pixels
+        that are not opaque as unknown, and "ros1" fully transparent ones between the thresholds.
     keep
-        Keep opaque grey 205 unknown whatever the thresholds say.
+        Keep opaque grey 205 unknown in spite of the thresholds.
     """
     alpha = pixels.alpha
     if dialect in ("nav2", "cartographer"):
@@ -117,11 +117,11 @@ def read_cells(pixels: Pixels, legend: Legend, dialect: Dialect = "nav2", *, kee
 
 
 def grey_levels(legend: Legend) -> NDArray[np.uint8]:
-    """Return the greys that are read again as occupancy 0..100, and as unknown: shape (102,), unknown last.
+    """Return the grey levels to be written for occupancy 0..100 and for unknown: shape (102,), unknown last.
 
-    Map_saver's own (254 free, 0 occupied, 205 unknown) where they mean that, else those in the middle of what does; in
-    mode scale the nearest where thresholds leave too few, and unknown is told by transparency; in mode raw unknown is
-    255, the -1 of the message's signed bytes, into which map_server of ROS 1 copies greys as they are.
+    They are map_saver's own (254 free, 0 occupied, 205 unknown) where these have that meaning, else the middle one of
+    those that have it. In mode scale it is the nearest where thresholds leave too few, and transparency marks unknown.
+    In mode raw unknown is 255, the -1 of the message's signed bytes: map_server of ROS 1 copies greys unchanged.
 
     Raises
     ------
@@ -137,10 +137,10 @@ def grey_levels(legend: Legend) -> NDArray[np.uint8]:
     if legend.mode == "raw":
         return wanted.astype(np.uint8)
     is_exact = legend.mode != "scale"
-    return np.array([_grey_of(int(value), table, is_exact=is_exact) for value in wanted], np.uint8)
+    return np.array([_grey_level(int(value), table, is_exact=is_exact) for value in wanted], np.uint8)
 
 
-def _of_probability(occupied: NDArray[np.float64]) -> NDArray[np.int8]:
+def _by_probability(occupied: NDArray[np.float64]) -> NDArray[np.int8]:
     sure = np.where(occupied > 0.5, OCCUPIED, FREE)
     return np.where(np.abs(occupied - 0.5) >= CARTOGRAPHERS_DEAD_BAND, sure, UNKNOWN).astype(np.int8)
 
@@ -158,7 +158,7 @@ def _by_inclusive_thresholds(legend: Legend, shade: NDArray[np.float32]) -> NDAr
 def _by_exclusive_thresholds(
     legend: Legend, occupied: NDArray[np.float64], *, grades: tuple[int, int]
 ) -> NDArray[np.int8]:
-    """Grade what lies between the thresholds, in mode scale, from the first of `grades` over a range of the second."""
+    """Grade values between the thresholds, in mode scale, from the first of `grades` over a range of the second."""
     low, high = legend.free_thresh, legend.occupied_thresh
     between: NDArray[Any] = np.full(len(occupied), UNKNOWN)
     if legend.mode == "scale":
@@ -174,13 +174,13 @@ def _kept(table: NDArray[np.int8], keep: bool, unknown_at: int = UNKNOWN_GREY) -
     return table
 
 
-def _grey_of(value: int, table: NDArray[np.int8], *, is_exact: bool) -> int:
+def _grey_level(value: int, table: NDArray[np.int8], *, is_exact: bool) -> int:
     usual = {FREE: 254, OCCUPIED: 0, UNKNOWN: UNKNOWN_GREY}
     if value in usual and (table[usual[value]] == value or (value == UNKNOWN and not is_exact)):
         return usual[value]
-    means_it = np.flatnonzero(table == value)
-    if len(means_it) == 0 and (is_exact or value in usual):
+    exact = np.flatnonzero(table == value)
+    if len(exact) == 0 and (is_exact or value in usual):
         name = {FREE: "free", UNKNOWN: "unknown"}.get(value, "occupied")
         raise InputError(f"no grey level means {name} by these thresholds; widen them")
-    nearest = means_it if len(means_it) else np.flatnonzero(table == table[np.abs(table - value).argmin()])
+    nearest = exact if len(exact) else np.flatnonzero(table == table[np.abs(table - value).argmin()])
     return int(nearest[len(nearest) // 2])

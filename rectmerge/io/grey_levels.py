@@ -1,4 +1,4 @@
-"""Which grey levels of a plain image mean free, occupied and unknown, told from its histogram and its geometry."""
+"""Grey levels of a plain image for free, occupied and unknown, inferred from its histogram and its geometry."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN
 
 CLUSTER_REACH = 12  # grey levels this close are one level, blurred by compression
-DARK_BELOW = 100  # a level that covers areas is taken for walls only if it is dark
-AREA_SHARE = 0.2  # an area level keeps this share of its pixels away from other levels; lines and blur do not
+DARK_BELOW = 100  # a level that covers areas is occupied only if it is dark
+AREA_SHARE = 0.2  # least share of an area level's pixels away from other levels; lines and blur have less
 MIN_SHARE = 0.00002  # rarer levels are noise
 MIN_LINE_SHARE = 0.002  # lines that are not dark may be blur between areas, if there are few
-BORDER_SHARE = 0.85  # the light level is unknown if it holds this much of what the two hold of the border
+BORDER_SHARE = 0.85  # the light level is unknown if it has more than this share of both levels' border pixels
 
 
 @dataclass(frozen=True, slots=True)
 class Levels:
-    """The grey levels, 0..255, that mean free, occupied and unknown; None where the image has no such level.
+    """Grey levels, 0..255, for free, occupied and unknown; None where the image has no such level.
 
     Every other grey counts as the nearest of the three.
     """
@@ -59,39 +59,39 @@ def infer_levels(
     unknown: int | None = None,
     seen: NDArray[np.bool_] | None = None,
 ) -> Levels:
-    """Guess which grey levels mean free, occupied and unknown.
+    """Infer the grey levels for free, occupied and unknown.
 
     Parameters
     ----------
     image
         Grey levels, shape (H, W).
     free, occupied, unknown
-        A level that is known already; the guess covers the others.
+        A level that is known already; only the others are inferred.
     seen
         Mask of the pixels that count, shape (H, W); None takes all.
 
     Raises
     ------
     InputError
-        If no level can be free: the image has one level only, say.
+        If no level can be free, for example in an image of one level.
 
     Notes
     -----
     No convention on greys is assumed beyond "walls are the darkest": published maps draw free space white on grey
     (ROS) or grey on white. Grey levels within 12 of a frequent one belong to it. Occupied is the darkest level, unless
     it covers areas and is not dark. Of the levels that cover areas, not only lines, the lighter is free, unless it
-    holds nearly all of the image's border: then it is what surrounds the building. A level alone beside the walls is
+    has nearly all of the image's border: then it is the outside of the building. A single level next to the walls is
     free.
     """
     if all(level is not None for level in (free, occupied, unknown)):
         return Levels(free or 0, occupied, unknown)
     shown = np.ones(image.shape, np.bool_) if seen is None else seen
     given = {level for level in (free, occupied, unknown) if level is not None}
-    found = _clusters(image, shown)
-    clusters = {c: n for c, n in found.items() if all(abs(c - g) > CLUSTER_REACH for g in given)}
+    levels = _clusters(image, shown)
+    clusters = {c: n for c, n in levels.items() if all(abs(c - g) > CLUSTER_REACH for g in given)}
     if free is None and len(clusters) + len(given) < 2:
         raise InputError(
-            f"one grey level ({', '.join(map(str, found)) or 'none'}) cannot tell free space from the rest"
+            f"one grey level ({', '.join(map(str, levels)) or 'none'}) cannot tell free space from the rest"
         )
     areas = [level for level in clusters if _covers_areas(image, level, shown)]
     if occupied is None:
@@ -104,7 +104,7 @@ def infer_levels(
     elif unknown is None:
         unknown = areas[0] if areas else None
     if free is None:
-        raise InputError(f"no grey level can be told to be free space (levels: {', '.join(map(str, found))})")
+        raise InputError(f"no grey level can be told to be free space (levels: {', '.join(map(str, levels))})")
     return Levels(free, occupied, unknown)
 
 
@@ -129,7 +129,7 @@ def _mask(image: NDArray[np.uint8], level: int, seen: NDArray[np.bool_]) -> NDAr
 
 
 def _covers_areas(image: NDArray[np.uint8], level: int, seen: NDArray[np.bool_]) -> bool:
-    """Tell an area from lines: most neighbours of its pixels, specks aside, have the same level."""
+    """Return if a level covers areas, not lines: many of its pixels have mostly neighbours of the same level."""
     mask = _mask(image, level, seen)
     same = cv2.blur(mask.view(np.uint8) * 9, (3, 3), borderType=cv2.BORDER_REPLICATE)  # of nine cells
     return float(((same >= 7) & mask).sum()) >= AREA_SHARE * float(mask.sum())
@@ -146,7 +146,7 @@ def _darkest_wall(clusters: dict[int, float], areas: list[int]) -> int | None:
 def _split_by_border(
     image: NDArray[np.uint8], areas: list[int], seen: NDArray[np.bool_]
 ) -> tuple[int | None, int | None]:
-    """Tell free from unknown among at most two area levels by who holds the image's border."""
+    """Assign free and unknown to at most two area levels by their shares of the image's border."""
     if len(areas) < 2:
         return (areas[0] if areas else None), None
     border = np.zeros(image.shape, np.bool_)

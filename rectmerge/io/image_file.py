@@ -1,4 +1,4 @@
-"""Image files as maps use them, checked before they are decoded."""
+"""Image files of maps, checked before decoding."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS
 READABLE = ("PNG", "PPM", "BMP", "JPEG", "TIFF", "GIF")
 OPAQUE = 255
 WRITABLE = {".pgm": "PPM", ".png": "PNG"}
-BROKEN = (  # what decoders raise on broken files
+BROKEN = (  # errors of decoders on broken files
     *(OSError, ValueError, TypeError, SyntaxError, EOFError, LookupError, ArithmeticError, AttributeError),
     *(AssertionError, RuntimeError, struct.error),
 )
@@ -33,9 +33,9 @@ class Pixels(NamedTuple):
     values, full
         The sum of the colour channels, shape (H, W), and that sum for white.
     luma
-        The grey that colours look like (ITU-R 601-2), 8 bit, shape (H, W).
+        The luma of the colours (ITU-R 601-2), 8 bit, shape (H, W).
     alpha
-        0 clear to 255 opaque, shape (H, W); None where the image has no such channel.
+        0 transparent to 255 opaque, shape (H, W); None where the image has no such channel.
     """
 
     values: NDArray[np.uint16]
@@ -45,7 +45,7 @@ class Pixels(NamedTuple):
 
     @property
     def opaque(self) -> NDArray[np.bool_] | None:
-        """Where it is not wholly transparent, shape (H, W); None where that is everywhere."""
+        """Mask of the pixels that are not fully transparent, shape (H, W); None if all are."""
         return None if self.alpha is None or self.alpha.all() else self.alpha > 0
 
 

@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
-INNERMOST_LIST = re.compile(r"\[\n[-+.\w\s,]*\n\s*\]")  # of numbers: shown on one line
+INNERMOST_LIST = re.compile(r"\[\n[-+.\w\s,]*\n\s*\]")  # of numbers, to be joined into one line
 
 
 def to_json(data: object) -> str:
-    """Return plain data as JSON that every program reads: what is not a finite number becomes null."""
+    """Return data as JSON that every program reads: a number that is not finite becomes null."""
     text = json.dumps(plain(data), indent=2, allow_nan=False)
-    return INNERMOST_LIST.sub(lambda found: " ".join(found[0].split()).replace("[ ", "[").replace(" ]", "]"), text)
+    return INNERMOST_LIST.sub(lambda match: " ".join(match[0].split()).replace("[ ", "[").replace(" ]", "]"), text)
 
 
 def plain(value: Any) -> Any:
-    """Turn what methods and pairs carry into plain data for JSON; a number that is not finite becomes None."""
+    """Turn the data of methods and pairs into plain data for JSON; a number that is not finite becomes None."""
     if isinstance(value, Mapping):
         return {str(key): plain(inner) for key, inner in value.items()}
     if isinstance(value, np.ndarray | np.generic):

@@ -22,25 +22,25 @@ from rectmerge.io.map_yaml import read_header
 
 YAML_SUFFIXES = (".yaml", ".yml")
 FREE_GREY = 254  # as map savers write it
-CARTOGRAPHERS_WORD = b"# Cartographer map"  # the second line of the images it writes
-MAP_SAVERS = Legend()  # what map_saver writes
+CARTOGRAPHER_COMMENT = b"# Cartographer map"  # the second line of its images
+MAP_SAVER_LEGEND = Legend()
 LOGGER = logging.getLogger("rectmerge")
 
 
 class PlainMap(NamedTuple):
-    """A map read from a plain image, with the grey levels it was read by."""
+    """A map read from a plain image, with its grey levels."""
 
     grid: OccupancyGrid
     levels: Levels
 
 
 def is_yaml(path: str | os.PathLike[str]) -> bool:
-    """Whether a file is read as a map_server YAML rather than as a plain image: by its suffix."""
+    """Return if a file is a map_server YAML by its suffix, not a plain image."""
     return Path(path).suffix.lower() in YAML_SUFFIXES
 
 
 def map_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
-    """Return the files that a map is read from: a YAML and its image, a bag's, or the plain image alone.
+    """Return the files of a map: a YAML and its image, those of a bag, or the plain image alone.
 
     Raises
     ------
@@ -66,16 +66,15 @@ def read_map(
     Parameters
     ----------
     path
-        A ``.yaml`` or ``.yml``, or an image. An image is read by itself, even if a YAML lies beside it: its
-        resolution is then not known (None). Or ``run.mcap:/robot1/map``, as `rectmerge.io.bag_file.read_bag_map` has
-        it.
+        A ``.yaml`` or ``.yml``; an image; or ``run.mcap:/robot1/map``, see `rectmerge.io.bag_file.read_bag_map`. An
+        image is read by itself, even if there is a YAML next to it: its resolution is then not known (None).
     free, occupied, unknown
-        Grey levels of a plain image, 0..255, where the guess of `rectmerge.io.grey_levels.infer_levels` is wrong.
+        Grey levels of a plain image, 0..255, where `rectmerge.io.grey_levels.infer_levels` is wrong.
     dialect
-        By whose rules the image of a YAML is read, see `rectmerge.io.dialects.occupancy_table`; None is "nav2", and
-        "cartographer" for an image that says it is Cartographer's.
+        Dialect of the image of a YAML, see `rectmerge.io.dialects.occupancy_table`; None is "nav2", and "cartographer"
+        for an image with Cartographer's comment.
     strict_thresholds
-        Take a YAML at its word even where it turns unknown space free, see Notes.
+        Apply the thresholds of a YAML even where they turn unknown space free, see Notes.
 
     Raises
     ------
@@ -84,18 +83,18 @@ def read_map(
 
     Notes
     -----
-    Modes trinary, scale and raw, as nav2_map_server reads them; `rectmerge.io.dialects` says what its earlier versions,
-    map_server of ROS 1 and Cartographer do otherwise. ``resolution: null`` is read as a resolution that is not known.
+    Modes are trinary, scale and raw, as nav2_map_server reads them; `rectmerge.io.dialects` has the rules of
+    earlier versions, of map_server of ROS 1 and of Cartographer. ``resolution: null`` means an unknown resolution.
 
-    The map savers of nav2 wrote ``free_thresh: 0.25`` for years beside grey 205 for unknown, which by that threshold is
+    The map savers of nav2 wrote ``free_thresh: 0.25`` for years with grey 205 for unknown, which by that threshold is
     free: (255 - 205) / 255 = 0.196. Where 205 would turn free in an image that has the savers' free grey, 254, and no
-    shades beside 205, it stays unknown, and the logger `rectmerge` warns.
+    shades next to 205, it stays unknown, and the logger `rectmerge` warns.
     """
     if not is_yaml(path) and not is_bag(path):
         return read_image(path, free=free, occupied=occupied, unknown=unknown).grid
     if any(level is not None for level in (free, occupied, unknown)):
-        how = "a YAML tells them by its thresholds" if is_yaml(path) else "a bag holds cells"
-        raise MapFileError(f"{path}: grey levels are for plain images; {how}")
+        reason = "a YAML tells them by its thresholds" if is_yaml(path) else "a bag holds cells"
+        raise MapFileError(f"{path}: grey levels are for plain images; {reason}")
     if is_bag(path):
         return read_bag_map(path)
     return _read_yaml_map(Path(path), dialect, strict_thresholds=strict_thresholds)
@@ -122,9 +121,9 @@ def read_image(
 
 
 def write_map(
-    grid: OccupancyGrid, path: str | os.PathLike[str], *, image_suffix: str = ".pgm", legend: Legend = MAP_SAVERS
+    grid: OccupancyGrid, path: str | os.PathLike[str], *, image_suffix: str = ".pgm", legend: Legend = MAP_SAVER_LEGEND
 ) -> None:
-    """Write a map as map_saver does: the YAML `path` and an image of the same name beside it.
+    """Write a map as map_saver does: the YAML `path` and an image of the same name next to it.
 
     Parameters
     ----------
@@ -135,14 +134,14 @@ def write_map(
     image_suffix
         ".pgm" or ".png"; mode scale needs ".png" where cells are unknown.
     legend
-        Mode, thresholds and negate of the file, such as those of a map that was read (`mapheader.read_header`).
+        Mode, thresholds and negate of the file, such as those of another map (`rectmerge.io.map_yaml.read_header`).
         In mode trinary, the default, a trinary map (-1, 0, 100) is read back bit for bit and other values become free,
         occupied or unknown; modes scale and raw keep every value.
 
     Raises
     ------
     MapFileError
-        If the name is not a YAML's, the legend has no grey for what the map holds, or the files cannot be written.
+        If the name is not a YAML's, the legend has no grey for a value of the map, or the files cannot be written.
 
     Notes
     -----
@@ -162,19 +161,19 @@ def write_map(
 
 
 def has_shades(grid: OccupancyGrid) -> bool:
-    """Whether a map holds occupancies between free and occupied, which mode trinary cannot keep."""
+    """Return if a map has occupancies between free and occupied, which mode trinary cannot keep."""
     return bool(((grid.occupancy > FREE) & (grid.occupancy < OCCUPIED)).any())
 
 
-def encode_map(grid: OccupancyGrid, image_name: str, legend: Legend = MAP_SAVERS) -> tuple[bytes, bytes]:
-    """Return the bytes of a map's image and of its YAML, as `write_map` writes them.
+def encode_map(grid: OccupancyGrid, image_name: str, legend: Legend = MAP_SAVER_LEGEND) -> tuple[bytes, bytes]:
+    """Encode the image and the YAML of a map, as `write_map` writes them.
 
     Parameters
     ----------
     grid
         The map.
     image_name
-        What the YAML calls the image; its suffix, ".pgm" or ".png", says how it is encoded.
+        Name of the image in the YAML; its suffix, ".pgm" or ".png", selects the encoding.
     legend
         As in `write_map`.
     """
@@ -202,8 +201,8 @@ def _read_yaml_map(path: Path, dialect: Dialect | None, *, strict_thresholds: bo
     try:
         pixels = _checked_size(header.image, read_pixels(header.image))
     except MapFileError as error:
-        raise MapFileError(f"{path}: its image {error}{_found_beside(path, header.image)}") from None
-    dialect = dialect or _told_dialect(path, header.image)
+        raise MapFileError(f"{path}: its image {error}{_nearby_hint(path, header.image)}") from None
+    dialect = dialect or _detect_dialect(path, header.image)
     keep = not strict_thresholds and _turns_unknown_free(header.legend, pixels, dialect)
     if keep:
         LOGGER.warning(
@@ -212,7 +211,7 @@ def _read_yaml_map(path: Path, dialect: Dialect | None, *, strict_thresholds: bo
             path,
             "mode scale with " if header.legend.mode == "scale" else "",
             header.legend.free_thresh,
-            _mending(header.legend, dialect),
+            _remedy(header.legend, dialect),
         )
     occupancy = read_cells(pixels, header.legend, dialect, keep=keep)
     try:
@@ -222,40 +221,40 @@ def _read_yaml_map(path: Path, dialect: Dialect | None, *, strict_thresholds: bo
     return _checked(path, grid, "check negate, free_thresh and occupied_thresh")
 
 
-def _found_beside(path: Path, image: Path) -> str:
-    """Tell of a file beside a YAML that has the name of its missing image: maps are copied without their folder."""
-    beside = path.with_name(PureWindowsPath(image).name or path.name)  # either kind of slash
-    if os.path.lexists(image) or beside == path or not os.path.isfile(beside):  # noqa: PTH113 - no error, any name
+def _nearby_hint(path: Path, image: Path) -> str:
+    """Name a file next to a YAML with the name of its missing image: people copy maps without their folder."""
+    nearby = path.with_name(PureWindowsPath(image).name or path.name)  # either kind of slash
+    if os.path.lexists(image) or nearby == path or not os.path.isfile(nearby):  # noqa: PTH113 - no error, any name
         return ""
-    return f"; {beside.name} lies beside the YAML: if it is the map's, write image: {beside.name}"
+    return f"; {nearby.name} lies beside the YAML: if it is the map's, write image: {nearby.name}"
 
 
-def _mending(legend: Legend, dialect: Dialect) -> str:
-    """Say what in a YAML turns grey 205 back into unknown space."""
-    savers = replace(legend, free_thresh=MAP_SAVERS.free_thresh)
+def _remedy(legend: Legend, dialect: Dialect) -> str:
+    """Return the YAML keys by which grey 205 is unknown space again."""
+    savers = replace(legend, free_thresh=MAP_SAVER_LEGEND.free_thresh)
     if occupancy_table(savers, dialect)[UNKNOWN_GREY] != FREE:
         return f"free_thresh: {savers.free_thresh:g}"
     return f"mode: trinary with free_thresh: {savers.free_thresh:g}"
 
 
-def _told_dialect(path: Path, image: Path) -> Dialect:
-    """Return the dialect that an image itself tells."""
+def _detect_dialect(path: Path, image: Path) -> Dialect:
+    """Detect the dialect of an image by its comment."""
     with image.open("rb") as file:
-        if CARTOGRAPHERS_WORD not in file.read(len(CARTOGRAPHERS_WORD) + 8):
+        if CARTOGRAPHER_COMMENT not in file.read(len(CARTOGRAPHER_COMMENT) + 8):
             return "nav2"
     LOGGER.info("%s: Cartographer's image: grey is read as probability (--dialect nav2 goes by thresholds)", path)
     return "cartographer"
 
 
 def _turns_unknown_free(legend: Legend, pixels: Pixels, dialect: Dialect) -> bool:
-    """Tell the known trap: the savers' grey for unknown read as free beside the grey that they write for free."""
+    """Detect the 205 trap: the savers' grey for unknown, read as free, in an image with their grey for free."""
     if legend.mode == "raw" or legend.negate or dialect == "cartographer":
         return False
     if occupancy_table(legend, dialect)[UNKNOWN_GREY] != FREE:
         return False
     opaque = pixels.luma if pixels.alpha is None else pixels.luma[pixels.alpha == OPAQUE]
     is_there = np.bincount(opaque.ravel(), minlength=WHITE + 1) > 0
-    is_level = not is_there[[UNKNOWN_GREY - 1, UNKNOWN_GREY + 1]].any()  # and no shade among others
+    is_level = not is_there[[UNKNOWN_GREY - 1, UNKNOWN_GREY + 1]].any()  # not a shade among others
     return bool(is_there[UNKNOWN_GREY] and is_there[FREE_GREY] and is_level)
 
 
@@ -267,7 +266,7 @@ def _checked_size(path: Path, pixels: Pixels) -> Pixels:
 
 
 def _checked(path: Path, grid: OccupancyGrid, remedy: str) -> OccupancyGrid:
-    """Refuse a map that nothing can be aligned with."""
+    """Return the map, or raise MapFileError if it cannot be aligned with any."""
     if why := unusable(grid):
         raise MapFileError(f"{path}: {why}; {remedy}")
     return grid

@@ -1,4 +1,4 @@
-"""What a map_server YAML says of its image, read and checked."""
+"""Content of a map_server YAML, read and checked."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from rectmerge.io.image_file import BROKEN, require_file
 
 MAX_YAML_BYTES = 65_536
 LONGEST_SHOWN = 1000  # bits of a number in a message
-UNNAMEABLE = re.compile("[\0\ud800-\udfff]")  # what no file's name holds
-LONGEST_NAME = 4096  # bytes of a path, as systems allow it
+UNNAMEABLE = re.compile("[\0\ud800-\udfff]")  # characters that no file name can have
+LONGEST_NAME = 4096  # bytes of a path, the limit of operating systems
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +38,7 @@ def read_header(source: str | os.PathLike[str]) -> MapHeader:
     Raises
     ------
     MapFileError
-        If it is none; the message names the file, the key and what is allowed.
+        If it is not valid; the message names the file, the key and the allowed values.
     """
     path = Path(source)
     keys = _keys(path)
@@ -82,7 +82,7 @@ def _keys(path: Path) -> dict[Any, Any]:
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         remedy = "; use spaces, no tabs" if b"\t" in text else ""
         raise MapFileError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}{remedy}") from None
-    except BROKEN:  # a tag such as !!bool or !!timestamp on what is none: PyYAML's own, often nameless errors
+    except BROKEN:  # a tag such as !!bool or !!timestamp on another value: PyYAML's own, often nameless errors
         raise MapFileError(f"{path}: not valid YAML: a value is not of the kind that its tag tells") from None
     if keys is None:
         raise MapFileError(f"{path}: the file is empty; a map_server YAML names image, resolution, origin, ...")
@@ -111,7 +111,7 @@ def _origin(path: Path, keys: Mapping[str, Any]) -> tuple[float, float, float]:
 
 
 def _number(path: Path, keys: Mapping[str, Any], key: str) -> float:
-    """Read a finite number; text such as 5e-2, which YAML 1.1 does not take for a number, counts too."""
+    """Read a finite number, also from text such as 5e-2, which YAML 1.1 does not read as a number."""
     if key not in keys:
         raise MapFileError(f"{path}: the key {key} is missing; map_server needs it")
     value = keys[key]

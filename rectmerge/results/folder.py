@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.io.atomic_file import real, replace_files
+from rectmerge.io.atomic_file import replace_files, resolve_links
 from rectmerge.io.dialects import Legend
 from rectmerge.io.image_file import encode_image
 from rectmerge.io.json_text import to_json
-from rectmerge.io.map_file import MAP_SAVERS, encode_map
+from rectmerge.io.map_file import MAP_SAVER_LEGEND, encode_map
 
 OWN = re.compile(r"alignment\.json|view\.html|overlay(_\d+)?\.png|conflict\.png|merged\.(yaml|pgm)")
 RAW = Legend(mode="raw")  # nav2 and ROS 1 read it alike and exactly; mode scale they grade differently
@@ -64,8 +64,8 @@ class ResultFolder:
 
     def owns(self, file: Path) -> bool:
         """Whether results go by this name, or by that of what it leads to."""
-        named = {file.absolute(), real(file)}
-        return any(real(p.parent) == real(self.path) and OWN.fullmatch(p.name) for p in named)
+        named = {file.absolute(), resolve_links(file)}
+        return any(resolve_links(p.parent) == resolve_links(self.path) and OWN.fullmatch(p.name) for p in named)
 
     def write(
         self,
@@ -91,7 +91,7 @@ class ResultFolder:
         """
         files = {name: encode_image(picture, ".png") for name, picture in pictures.items()}
         if merged is not None:
-            legend = RAW if shaded else MAP_SAVERS
+            legend = RAW if shaded else MAP_SAVER_LEGEND
             files["merged.pgm"], files["merged.yaml"] = encode_map(merged, "merged.pgm", legend)
         files["alignment.json"] = (to_json(alignment) + "\n").encode()
         try:

@@ -10,7 +10,7 @@ from typing import Any
 
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.io.atomic_file import real
+from rectmerge.io.atomic_file import resolve_links
 from rectmerge.io.bag_file import is_bag, split_bag
 from rectmerge.io.dialects import DIALECTS, Dialect
 from rectmerge.io.map_file import is_yaml, read_image, read_map
@@ -99,7 +99,7 @@ def told_inputs(
     return {
         name: {
             "given": one.given,
-            "path": os.path.relpath(_resolved(one.path), real(Path(folder))),
+            "path": os.path.relpath(_resolved(one.path), resolve_links(Path(folder))),
             **{grey: one.greys.get(grey) if one.is_plain else None for grey in GREYS},
             "dialect": one.dialect,
             "strict_thresholds": one.strict,
@@ -127,7 +127,7 @@ def _input(file: AlignmentFile, name: str, instead: Path | None) -> Input:
         entry = file.record["inputs"][name]
         found = Input(
             given=str(entry["given"]),
-            path=Path(os.path.normpath(real(file.path).parent / str(entry["path"]))),
+            path=Path(os.path.normpath(resolve_links(file.path).parent / str(entry["path"]))),
             greys={grey: None if entry[grey] is None else int(entry[grey]) for grey in GREYS},
             dialect=entry["dialect"] if entry["dialect"] in DIALECTS else None,
             strict=bool(entry["strict_thresholds"]),
@@ -147,4 +147,4 @@ def _input(file: AlignmentFile, name: str, instead: Path | None) -> Input:
 
 def _resolved(path: Path) -> Path:
     """Resolve a file's folder but not its own name: a link is read by the name it was given."""
-    return real(path.parent) / path.name
+    return resolve_links(path.parent) / path.name

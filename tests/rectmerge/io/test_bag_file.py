@@ -129,7 +129,7 @@ WRONG = {
     "no position": ({"at": (math.inf, 0.0, 0.0)}, "three finite numbers"),
     "no resolution": ({"resolution": 0.0}, "resolution must be a positive number"),
     "an absurd resolution": ({"resolution": math.nan}, "resolution must be a positive number"),
-    "too few cells": ({"size": (5, 9)}, "12 cells are not the 5 x 9 that it tells"),
+    "too few cells": ({"size": (5, 9)}, "12 cells are not the stated 5 x 9"),
     "no cells": ({"cells": np.zeros((0, 0))}, "0 x 0 cells are no map"),
     "a line": ({"cells": np.zeros((1, 40))}, "40 x 1 cells are no map"),
     "too many cells": ({"size": (20_000, 20_000)}, "there may be 150 million, 32766 on a side: crop it"),
