@@ -85,13 +85,14 @@ def realism(
 ) -> None:
     """Simulate pairs of every kind and set what they are like beside real pairs: README.md and sheet.png."""
     from scenarios.execution.executors import local_workers
-    from scenarios.studies.realism import Finding, write_realism
+    from scenarios.studies.examination import Finding
+    from scenarios.studies.realism import write_realism
 
     require_extras(*SIMULATOR)
     with local_workers(workers) as executor, progress(pairs) as advance:
 
         def on_done(finding: Finding) -> None:
-            advance(1, finding.kind)
+            advance(1, finding.origin)
 
         write_realism(
             maps, output, pairs=pairs, executor=executor, force=force, on_done=on_done

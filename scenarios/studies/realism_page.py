@@ -4,30 +4,28 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.studies.examination import Finding
 from scenarios.studies.headline import markdown
 
-if TYPE_CHECKING:
-    from scenarios.studies.realism import Finding
-
 PERCENTILES = (5, 25, 50, 75, 95)
-FIGURES = {  # name: what it is, and how it is written
+MEASURES = {  # by name: heading and format
     "overlap": ("overlap", "{:.2f}"),
     "residual": ("residual, % of L", "{:.2%}"),
     "affine": ("of it removed by an affine map", "{:.0%}"),
     "wall_cells": ("wall thickness, cells", "{:.1f}"),
     "speckle": ("speckle, % of known cells", "{:.2%}"),
 }
-PLACES = 4  # what is compared is rounded to so many
-WITHIN = 0.05  # a mission keeps its wanted overlap this closely
+DECIMALS = 4  # of compared values
+OVERLAP_TOLERANCE = 0.05
 
 
 def page(simulated: Sequence[Finding], real: Mapping[str, Sequence[Finding]], machine: Mapping[str, Any]) -> str:
-    """Lay the comparison out as Markdown."""
+    """Return the page in Markdown."""
     return "\n".join(
         [
             INTRODUCTION,
@@ -35,7 +33,7 @@ def page(simulated: Sequence[Finding], real: Mapping[str, Sequence[Finding]], ma
             EXPLAINED,
             coverage({"simulated": simulated, **real}),
             "## How sturdy it is\n",
-            sturdiness(simulated),
+            robustness(simulated),
             families_table(simulated),
             _failures(simulated),
             "## How it was made\n",
@@ -45,9 +43,9 @@ def page(simulated: Sequence[Finding], real: Mapping[str, Sequence[Finding]], ma
 
 
 def distributions(sets: Mapping[str, Sequence[Finding]]) -> str:
-    """Tabulate the percentiles of every figure in every set."""
+    """Tabulate the percentiles of every measure in every set."""
     rows = []
-    for name, (title, form) in FIGURES.items():
+    for name, (title, form) in MEASURES.items():
         for label, findings in sets.items():
             values = _values(findings, name)
             cells = [form.format(value) for value in np.percentile(values, PERCENTILES)] if len(values) else ["-"] * 5
@@ -56,11 +54,11 @@ def distributions(sets: Mapping[str, Sequence[Finding]]) -> str:
 
 
 def coverage(sets: Mapping[str, Sequence[Finding]]) -> str:
-    """Tell for every figure which share of the real values lies where 95 % of the simulated ones do."""
+    """Count for every measure the real values within the central 95 % of the simulated ones."""
     rows = []
-    for name, (title, _) in FIGURES.items():
-        made = _values(sets["simulated"], name)
-        low, high = np.percentile(made, [2.5, 97.5]) if len(made) else (np.nan, np.nan)
+    for name, (title, _) in MEASURES.items():
+        simulated = _values(sets["simulated"], name)
+        low, high = np.percentile(simulated, [2.5, 97.5]) if len(simulated) else (np.nan, np.nan)
         for label in list(sets)[1:]:
             values = _values(sets[label], name)
             within = int(((values >= low) & (values <= high)).sum())
@@ -68,22 +66,22 @@ def coverage(sets: Mapping[str, Sequence[Finding]]) -> str:
     return markdown(["", "real pairs", "within the simulated 95 %"], rows)
 
 
-def sturdiness(findings: Sequence[Finding]) -> str:
-    """Count what went wrong, and what was discarded."""
-    made = [finding for finding in findings if finding.figures]
-    off = [abs(f.figures["overlap"] - f.wanted) for f in made if f.wanted is not None]
+def robustness(findings: Sequence[Finding]) -> str:
+    """Count crashes, faults, refusals and discarded missions."""
+    pairs = [finding for finding in findings if finding.measures]
+    offsets = [abs(f.measures["overlap"] - f.wanted_overlap) for f in pairs if f.wanted_overlap is not None]
     memory = max((finding.peak_mb or 0.0 for finding in findings), default=0.0)
     lines = [
         ["missions run", str(len(findings))],
         ["crashes", str(sum(finding.is_crash for finding in findings))],
         ["robots through a wall, or stuck without saying so", str(sum(len(finding.faults) for finding in findings))],
-        ["no maps with the wanted overlap in any try, said so", str(len(findings) - len(made) - _crashes(findings))],
+        ["no maps with the wanted overlap in any try, said so", str(len(findings) - len(pairs) - _crashes(findings))],
         ["tries discarded before one succeeded", str(sum(finding.discarded for finding in findings))],
         [
-            f"overlap of the finished maps within {WITHIN} of the wanted",
-            f"{sum(d <= WITHIN for d in off)} of {len(off)}",
+            f"overlap of the finished maps within {OVERLAP_TOLERANCE} of the wanted",
+            f"{sum(d <= OVERLAP_TOLERANCE for d in offsets)} of {len(offsets)}",
         ],
-        ["furthest off", f"{max(off, default=0.0):.3f}"],
+        ["furthest off", f"{max(offsets, default=0.0):.3f}"],
         ["highest memory of a worker", f"{memory:.0f} MB"],
     ]
     return markdown(["", ""], lines)
@@ -92,8 +90,8 @@ def sturdiness(findings: Sequence[Finding]) -> str:
 def families_table(findings: Sequence[Finding]) -> str:
     """Count pairs by family, with the median residual."""
     rows = []
-    for family in dict.fromkeys(finding.kind for finding in findings):
-        own = [finding for finding in findings if finding.kind == family]
+    for family in dict.fromkeys(finding.origin for finding in findings):
+        own = [finding for finding in findings if finding.origin == family]
         residuals, overlaps = _values(own, "residual"), _values(own, "overlap")
         bent = int((residuals > 0.015).sum())
         medians = [f"{np.median(overlaps):.2f}", f"{np.median(residuals):.2%}"] if len(residuals) else ["-", "-"]
@@ -104,8 +102,8 @@ def families_table(findings: Sequence[Finding]) -> str:
 
 
 def _failures(findings: Sequence[Finding]) -> str:
-    reasons = Counter(f"{finding.kind}: {finding.failure}" for finding in findings if finding.failure)
-    faults = Counter(f"{finding.kind}: {fault}" for finding in findings for fault in finding.faults)
+    reasons = Counter(f"{finding.origin}: {finding.failure}" for finding in findings if finding.failure)
+    faults = Counter(f"{finding.origin}: {fault}" for finding in findings for fault in finding.faults)
     return "".join(f"- {reason}\n" for reason in [*reasons, *faults])
 
 
@@ -114,7 +112,7 @@ def _crashes(findings: Sequence[Finding]) -> int:
 
 
 def _values(findings: Sequence[Finding], name: str) -> NDArray[np.float64]:
-    return np.round([finding.figures[name] for finding in findings if name in finding.figures], PLACES)
+    return np.round([finding.measures[name] for finding in findings if name in finding.measures], DECIMALS)
 
 
 INTRODUCTION = """# Simulated pairs beside real ones
