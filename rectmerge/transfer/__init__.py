@@ -1,1 +1,1 @@
-"""Transforms and points carried from map B to map A."""
+"""Transforms, points and headings carried from map B to map A."""

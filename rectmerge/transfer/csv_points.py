@@ -1,4 +1,4 @@
-"""Points in a CSV, with their headings, carried to map A; other columns and comments stay as they are."""
+"""Points and headings of a CSV carried to map A; other columns and comments stay unchanged."""
 
 from __future__ import annotations
 
@@ -11,7 +11,15 @@ from typing import NamedTuple
 
 from rectmerge.errors import InputError
 from rectmerge.similarity import Similarity
-from rectmerge.transfer.poses import CARRIED, TURN, finite, left_alone, moved, short, turned
+from rectmerge.transfer.poses import (
+    CARRIED,
+    TURN,
+    abbreviate,
+    carry_places,
+    parse_finite,
+    turn_headings,
+    unknown_headings,
+)
 
 SEPARATORS = (",", ";", "\t")
 PLACE = ("x", "y")
@@ -22,78 +30,78 @@ class _Row(NamedTuple):
     line: int
     cells: list[str]
 
-    def told(self, names: list[str]) -> dict[str, str]:
+    def by_name(self, names: list[str]) -> dict[str, str]:
         return dict(zip(names, self.cells, strict=False))
 
 
-class _Heading(NamedTuple):
-    """What the first row says: the columns' names, by what cells are separated, and whether it is itself of names."""
+class _Header(NamedTuple):
+    """Names of the columns, the separator of cells, and whether a header line gives the names."""
 
     names: list[str]
     separator: str
-    is_told: bool
+    is_given: bool
 
 
 def carry_table(text: str, b_to_a: Similarity) -> str:
-    """Carry the columns x and y of a CSV, and those that tell headings by the names of `rectmerge.transfer.poses`.
+    """Carry the columns x and y of a CSV, and headings by the column names of `rectmerge.transfer.poses`.
 
     Parameters
     ----------
     text
-        Rows of cells by commas, semicolons or tabs, below a heading line; without it two columns of numbers, by commas.
-        Lines that begin with # are comments.
+        Rows of cells, separated by commas, semicolons or tabs, below a header line; without it two columns of numbers,
+        separated by commas. Lines that begin with # are comments.
     b_to_a
         The placement.
 
     Raises
     ------
     InputError
-        If columns are not named, a row has no place or no heading, or there is none.
+        If columns are not named, a row has no place or no heading, or there is no row.
     """
-    heading = _heading_of(text)
-    records = list(_records(text, heading.separator))
-    rows = [record for record in records if isinstance(record, _Row)][heading.is_told :]
+    header = _read_header(text)
+    records = list(_records(text, header.separator))
+    rows = [record for record in records if isinstance(record, _Row)][header.is_given :]
     if not rows:
         raise InputError("it holds no points")
-    _carry_rows(rows, heading, b_to_a)
+    _carry_rows(rows, header, b_to_a)
     written = io.StringIO()
-    writer = csv.writer(written, delimiter=heading.separator, lineterminator="\n")
+    writer = csv.writer(written, delimiter=header.separator, lineterminator="\n")
     for record in records:
         if isinstance(record, _Row):
             writer.writerow(record.cells)
         else:
             written.write(record)
-    for name in left_alone(heading.names):
+    for name in unknown_headings(header.names):
         LOGGER.warning("column %s stays as it is; if it is a heading, name it one of %s", name, ", ".join(TURN))
     return written.getvalue()
 
 
-def _carry_rows(rows: list[_Row], heading: _Heading, b_to_a: Similarity) -> None:
+def _carry_rows(rows: list[_Row], header: _Header, b_to_a: Similarity) -> None:
     """Carry the cells of rows in place."""
-    names = heading.names
-    places = moved([_place(row, heading) for row in rows], b_to_a)
+    names = header.names
+    places = carry_places([_place(row, header) for row in rows], b_to_a)
     for row, place in zip(rows, places, strict=True):
         for name, number in zip(PLACE, place, strict=True):
             row.cells[names.index(name)] = f"{number:.6f}"
         try:
-            new = turned(row.told(names), b_to_a.angle)
+            turned = turn_headings(row.by_name(names), b_to_a.angle)
         except InputError as error:
             raise InputError(f"line {row.line}: {error}") from None
-        for name, number in new.items():
+        for name, number in turned.items():
             row.cells[names.index(name)] = f"{number:.8f}"
 
 
-def _place(row: _Row, heading: _Heading) -> list[float]:
-    told = row.told(heading.names)
-    if not heading.is_told and len(row.cells) > len(PLACE):
+def _place(row: _Row, header: _Header) -> list[float]:
+    values = row.by_name(header.names)
+    if not header.is_given and len(row.cells) > len(PLACE):
         raise _unnamed(row)
-    if not told.keys() >= set(PLACE):
-        raise InputError(f"line {row.line} has too few columns: {short(heading.separator.join(row.cells))}")
-    return [finite(f"line {row.line}", told[name]) for name in PLACE]
+    if not values.keys() >= set(PLACE):
+        raise InputError(f"line {row.line} has too few columns: {abbreviate(header.separator.join(row.cells))}")
+    return [parse_finite(f"line {row.line}", values[name]) for name in PLACE]
 
 
-def _heading_of(text: str) -> _Heading:
-    """Read the first row; a guess at the separator would do harm, so it is the one by which x and y are named."""
+def _read_header(text: str) -> _Header:
+    """Read the first row; the separator is the one that yields the names x and y, as a guess could be wrong."""
     for separator in SEPARATORS:
         if (row := _first(text, separator)) is None:
             raise InputError("it holds no points")
@@ -101,17 +109,17 @@ def _heading_of(text: str) -> _Heading:
         if set(PLACE) <= set(names):
             if twice := [name for name in (*PLACE, *sorted(CARRIED)) if names.count(name) > 1]:
                 raise InputError(f"line {row.line}: two columns are named {twice[0]}")
-            return _Heading(names, separator, is_told=True)
+            return _Header(names, separator, is_given=True)
     row = _first(text, SEPARATORS[0])
     if row is None or len(row.cells) != len(PLACE) or not all(map(_is_number, row.cells)):
         raise _unnamed(row or _Row(1, []))
-    return _Heading(list(PLACE), SEPARATORS[0], is_told=False)
+    return _Header(list(PLACE), SEPARATORS[0], is_given=False)
 
 
 def _unnamed(row: _Row) -> InputError:
-    shown = short(",".join(row.cells))
+    shown = abbreviate(",".join(row.cells))
     return InputError(
-        f"name the columns x and y in a heading line, by commas, semicolons or tabs; line {row.line}: {shown}"
+        f"name the columns x and y in a header line, by commas, semicolons or tabs; line {row.line}: {shown}"
     )
 
 
@@ -128,7 +136,7 @@ def _first(text: str, separator: str) -> _Row | None:
 
 
 def _records(text: str, separator: str) -> Iterator[_Row | str]:
-    """Go through rows, which may hold quoted ends of lines, and comments as they stand; empty lines are left out."""
+    """Yield rows, which may hold quoted line ends, and comments unchanged; skip empty lines."""
     lines, number = io.StringIO(text), 1
     for line in lines:
         if line.startswith("#"):

@@ -1,4 +1,4 @@
-"""Places and headings of map B taken to A's map frame: numbers, and which names in a file tell a heading."""
+"""Places and headings of map B carried to A's map frame, and the names of headings in files."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from numpy.typing import ArrayLike, NDArray
 from rectmerge.errors import InputError
 from rectmerge.similarity import Similarity
 
-TURN = {  # a whole turn, by the name of a heading
+TURN = {  # a full turn in the unit of a heading, by its name
     **dict.fromkeys(("yaw", "theta", "heading"), math.tau),
     **dict.fromkeys(("yaw_deg", "theta_deg", "heading_deg"), 360.0),
 }
-BEFORE = ("q", "orientation.", "orientation_")  # what stands before x, y, z and w in the names of a quaternion's parts
-QUATERNIONS = [[before + axis for axis in "xyzw"] for before in BEFORE]
+PREFIXES = ("q", "orientation.", "orientation_")  # before x, y, z and w in the names of a quaternion's parts
+QUATERNIONS = [[prefix + axis for axis in "xyzw"] for prefix in PREFIXES]
 CARRIED = {*TURN, *(name for names in QUATERNIONS for name in names)}
 LIKE_HEADINGS = re.compile(r"yaw|theta|heading|angle|orient|bearing|rotation")
 DECIMALS = 9
 Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
 
-def moved(points: ArrayLike, b_to_a: Similarity) -> NDArray[np.float64]:
+def carry_places(points: ArrayLike, b_to_a: Similarity) -> NDArray[np.float64]:
     """Carry points, shape (N, 2), to A's map frame.
 
     Raises
     ------
     InputError
-        If one comes out as no finite number.
+        If a result is not finite.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         carried = b_to_a.apply(np.asarray(points, np.float64).reshape(-1, 2)).round(DECIMALS)
@@ -41,86 +41,86 @@ def moved(points: ArrayLike, b_to_a: Similarity) -> NDArray[np.float64]:
     return carried
 
 
-def turned(told: Mapping[str, Any], angle: float) -> dict[str, float]:
-    """Turn whatever tells a heading by its name, as `TURN` and `QUATERNIONS` list them.
+def turn_headings(values: Mapping[str, Any], angle: float) -> dict[str, float]:
+    """Turn the values named as headings in `TURN` and `QUATERNIONS`.
 
     Parameters
     ----------
-    told
+    values
         Values by name, numbers or their text; upper case and blanks around a name make no difference.
     angle
-        By how much, radians counter-clockwise.
+        The turn, radians counter-clockwise.
 
     Returns
     -------
     dict
-        The turned values, by the names in `told`; what is no heading, or empty, is not among them.
+        The turned headings, by the names in `values`, without the empty ones.
 
     Raises
     ------
     InputError
-        If a heading is no finite number or surely not in radians, or a quaternion is not whole.
+        If a heading is not a finite number or surely not in radians, or a quaternion is incomplete.
 
     Examples
     --------
-    >>> turned({"Yaw_deg": 170, "speed": 1}, math.radians(20))
+    >>> turn_headings({"Yaw_deg": 170, "speed": 1}, math.radians(20))
     {'Yaw_deg': -170.0}
     """
     names: dict[str, str] = {}
-    for key in told:
+    for key in values:
         name = key.strip().lower()
         if name in CARRIED and name in names:
-            raise InputError(f"{name} is told twice")
+            raise InputError(f"{name} is given twice")
         names[name] = key
-    found = {}
-    for name, whole in TURN.items():
-        if name in names and not _is_empty(told[names[name]]):
-            found[names[name]] = _turned_angle(names[name], told[names[name]], angle, whole)
+    turned = {}
+    for name, full_turn in TURN.items():
+        if name in names and not _is_empty(values[names[name]]):
+            turned[names[name]] = _turn_angle(names[name], values[names[name]], angle, full_turn)
     for parts in QUATERNIONS:
-        values = [told[names[part]] if part in names else None for part in parts]
-        if not all(map(_is_empty, values)):
-            new = turned_quaternion(", ".join(parts), _whole_quaternion(parts, values), angle)
-            found |= {names[part]: number for part, number in zip(parts, new, strict=True) if part in names}
-    return found
+        numbers = [values[names[part]] if part in names else None for part in parts]
+        if not all(map(_is_empty, numbers)):
+            quaternion = turn_quaternion(", ".join(parts), _complete_quaternion(parts, numbers), angle)
+            turned |= {names[part]: number for part, number in zip(parts, quaternion, strict=True) if part in names}
+    return turned
 
 
-def turned_quaternion(name: str, turn: Quaternion, angle: float) -> Quaternion:
-    """Turn a quaternion (x, y, z, w) about the vertical, whatever it tilts; its name is for messages.
+def turn_quaternion(name: str, quaternion: Quaternion, angle: float) -> Quaternion:
+    """Turn a quaternion (x, y, z, w), level or tilted, about the vertical; its name is for messages.
 
     Raises
     ------
     InputError
         If it is zero, which is no rotation.
     """
-    x, y, z, w = turn
-    if math.hypot(*turn) < 1e-6:
+    x, y, z, w = quaternion
+    if math.hypot(*quaternion) < 1e-6:
         raise InputError(f"{name}: a quaternion of zeros is no heading")
     s, c = math.sin(angle / 2), math.cos(angle / 2)
     x, y, z, w = (round(n, DECIMALS) + 0.0 for n in (c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z))
     return x, y, z, w
 
 
-def finite(name: str, value: Any) -> float:
-    """Read a finite number; text counts, too, for YAML takes 1e-5 for text.
+def parse_finite(name: str, value: Any) -> float:
+    """Parse a finite number, also from text, as YAML reads 1e-5 as text.
 
     Raises
     ------
     InputError
-        If it is none.
+        If it is not a finite number.
     """
     with contextlib.suppress(ValueError, TypeError, OverflowError):
         if not isinstance(value, bool) and math.isfinite(number := float(value)):
             return number
-    raise InputError(f"{name}: {short(value)} is not a finite number")
+    raise InputError(f"{name}: {abbreviate(value)} is not a finite number")
 
 
-def short(value: object) -> str:
-    """Show a value in a message."""
+def abbreviate(value: object) -> str:
+    """Return a value as text for a message, at most 40 characters."""
     return f"{value!r:.40}"
 
 
-def left_alone(names: Iterable[str]) -> list[str]:
-    """Return those names that look like a heading's but are none that `turned` knows."""
+def unknown_headings(names: Iterable[str]) -> list[str]:
+    """Return the names that look like a heading's but that `turn_headings` does not know."""
     return [name for name in names if LIKE_HEADINGS.search(name.lower()) and name.strip().lower() not in CARRIED]
 
 
@@ -128,21 +128,21 @@ def _is_empty(value: Any) -> bool:
     return value is None or (isinstance(value, str) and not value.strip())
 
 
-def _turned_angle(name: str, value: Any, angle: float, whole: float) -> float:
-    """Turn an angle and bring it to half a turn either way, the upper end included."""
-    number = finite(name, value)
-    if whole == math.tau and abs(number) > whole:
+def _turn_angle(name: str, value: Any, angle: float, full_turn: float) -> float:
+    """Turn an angle and reduce it to half a turn either way, the upper end included."""
+    number = parse_finite(name, value)
+    if full_turn == math.tau and abs(number) > full_turn:
         raise InputError(f"{name}: {number:g} is more than a turn in radians; name it {name.strip()}_deg if in degrees")
-    new = round(math.remainder(number + angle * (whole / math.tau), whole), DECIMALS) + 0.0
-    return new if new > -whole / 2 else new + whole
+    turned = round(math.remainder(number + angle * (full_turn / math.tau), full_turn), DECIMALS) + 0.0
+    return turned if turned > -full_turn / 2 else turned + full_turn
 
 
-def _whole_quaternion(names: list[str], values: list[Any]) -> Quaternion:
-    """Read z and w, and x and y where they are told; both of each are needed."""
-    for one, other in ((0, 1), (2, 3)):
-        if _is_empty(values[one]) != _is_empty(values[other]):
-            raise InputError(f"{names[one]} and {names[other]} belong together, but one is missing")
+def _complete_quaternion(names: list[str], values: list[Any]) -> Quaternion:
+    """Parse z and w, and x and y where given; both of each pair are needed."""
+    for i, j in ((0, 1), (2, 3)):
+        if _is_empty(values[i]) != _is_empty(values[j]):
+            raise InputError(f"{names[i]} and {names[j]} belong together, but one is missing")
     if _is_empty(values[2]):
         raise InputError(f"{names[0]} and {names[1]} are no heading without {names[2]} and {names[3]}")
-    tilt = (0.0, 0.0) if _is_empty(values[0]) else (finite(names[0], values[0]), finite(names[1], values[1]))
-    return (*tilt, finite(names[2], values[2]), finite(names[3], values[3]))
+    tilt = (0.0, 0.0) if _is_empty(values[0]) else tuple(parse_finite(names[i], values[i]) for i in (0, 1))
+    return (tilt[0], tilt[1], parse_finite(names[2], values[2]), parse_finite(names[3], values[3]))

@@ -1,4 +1,4 @@
-"""Transform of an alignment in the forms that robot software takes."""
+"""Transform of an alignment in the forms of robot software."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def test_csv_keeps_its_other_columns():
 
 
 @pytest.mark.parametrize("text", ["x;note;y\n1;a,b;2\n", "x\tnote\ty\n1\ta,b\t2\n"])
-def test_a_csv_is_written_by_the_separator_that_its_heading_line_has(text):
+def test_a_csv_is_written_by_the_separator_that_its_header_line_has(text):
     expected = text.replace("1", "6.000000").replace("2", "2.000000")
 
     assert carry_points(text, "way.csv", TURNED) == expected
@@ -37,7 +37,7 @@ def test_comments_stay_as_they_are_and_where_they_are():
     assert found == '# by hand, "so\nx,y,note\n#1,2\n6.000000,2.000000,"two\n# lines"\n# end'
 
 
-UNNAMED = "name the columns x and y in a heading line, by commas, semicolons or tabs; line"
+UNNAMED = "name the columns x and y in a header line, by commas, semicolons or tabs; line"
 
 
 @pytest.mark.parametrize(
@@ -128,11 +128,11 @@ def test_a_heading_that_cannot_be_turned_is_refused(heads, cells, message):
 def test_a_name_that_stands_twice_is_refused(name):
     with pytest.raises(InputError, match=f"line 1: two columns are named {name}"):
         carry_points(f"x,y,yaw,qz,qw, {name.upper()}\n1,2,0,0,1,0\n", "way.csv", TURNED)
-    with pytest.raises(InputError, match="yaw is told twice"):
+    with pytest.raises(InputError, match="yaw is given twice"):
         carried({"type": "Feature", "geometry": PLACE, "properties": {"yaw": 1, "Yaw": 2}})
 
 
-def test_what_looks_like_a_heading_and_stays_is_told(caplog):
+def test_a_warning_names_what_looks_like_a_heading_and_stays(caplog):
     line = {"type": "LineString", "coordinates": [[0, 0], [1, 1]]}
     features = [
         {"type": "Feature", "geometry": PLACE, "properties": {"yaw": 0, "name": "lift"}},
@@ -143,8 +143,8 @@ def test_what_looks_like_a_heading_and_stays_is_told(caplog):
     carried({"type": "FeatureCollection", "features": features})
     carry_points("x,y,Angle,name\n1,2,0,lift\n", "way.csv", TURNED)
 
-    told = [message.split(" stays")[0] for message in caplog.messages]
-    assert told == ["property orientation", "property Yaw", "column angle"]
+    stays = [message.split(" stays")[0] for message in caplog.messages]
+    assert stays == ["property orientation", "property Yaw", "column angle"]
 
 
 @pytest.mark.parametrize(

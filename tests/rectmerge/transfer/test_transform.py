@@ -12,7 +12,7 @@ from rectmerge.transfer.transform import Transform
 ANSWER = Transform(Similarity(1.02, 0.5, 3.0, -1.0), SharedArea((4.0, 2.0), 1.5), "m")
 
 
-def told(text):
+def parsed(text):
     return [float(word) for word in re.findall(r"-?\d+\.\d+", text)]
 
 
@@ -45,21 +45,21 @@ def test_the_forms_name_parent_and_child_and_carry_the_same_transform():
     assert ros1.endswith(" world robot")
     assert "--frame-id world --child-frame-id robot" in ros2
     assert (
-        told(ros1)
-        == told(ros2)
-        == told(ANSWER.format("pose"))
+        parsed(ros1)
+        == parsed(ros2)
+        == parsed(ANSWER.format("pose"))
         == pytest.approx([ANSWER.rigid.tx, ANSWER.rigid.ty, 0.5], abs=1e-6)
     )
     matrix = np.array([line.split() for line in ANSWER.format("matrix").splitlines()], float)
     assert matrix[:2] == pytest.approx(ANSWER.b_to_a.matrix)
 
 
-@pytest.mark.parametrize(("scale", "is_told"), [(1 / 1.11, False), (1 / 1.09, True), (1.09, True), (1.11, False)])
-def test_ten_percent_of_scale_may_be_left_out(scale, is_told):
+@pytest.mark.parametrize(("scale", "is_small"), [(1 / 1.11, False), (1 / 1.09, True), (1.09, True), (1.11, False)])
+def test_ten_percent_of_scale_may_be_left_out(scale, is_small):
     placed = Transform(Similarity(scale), ANSWER.shared, "m")
 
-    assert (placed.scale_fault == "") == is_told
-    if not is_told:
+    assert (placed.scale_fault == "") == is_small
+    if not is_small:
         with pytest.raises(InputError, match="one resolution is wrong; merge again"):
             placed.format("pose")
 
