@@ -41,7 +41,7 @@ class PaperRepaired(Paper):
         Number of best triangles of eq. 12 that are placed and verified by their walls; 1 is off: the least J decides.
     wall_reach_cells
         Distance within which a wall agrees with another.
-    max_rectangles
+    max_rectangles, ratio_tolerance
         As in `Paper`, with more by default.
 
     Notes
@@ -61,6 +61,7 @@ class PaperRepaired(Paper):
     hypotheses: int = 50
     wall_reach_cells: float = 2.0
     max_rectangles: int = 30
+    ratio_tolerance: float = 0.01
 
     def __post_init__(self) -> None:
         Paper.__post_init__(self)

@@ -17,6 +17,7 @@ OFF = {
     "median_ratio": False,
     "hypotheses": 1,
     "max_rectangles": 20,
+    "ratio_tolerance": 0.005,
 }
 PLAN = plans.floor_plan()
 
