@@ -8,6 +8,7 @@ from rectmerge.cli.check import check
 from rectmerge.cli.inspect import inspect
 from rectmerge.cli.merge import TwoMaps, merge
 from rectmerge.cli.methods import methods
+from rectmerge.cli.trace import trace
 from rectmerge.cli.transform import transform
 from rectmerge.cli.view import view
 
@@ -18,7 +19,7 @@ app = App(
     """
 )
 app.command(cls=TwoMaps)(merge)
-for command in (check, inspect, methods, transform, view):
+for command in (check, inspect, methods, trace, transform, view):
     app.command()(command)
 
 

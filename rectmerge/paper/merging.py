@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -130,15 +130,20 @@ class Paper:
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
         """Place map B (the paper's map 2) on map A (map 1), or name the condition that a map does not meet."""
+        return self.align_in_steps(a, b, scale=scale)[0]
+
+    def align_in_steps(
+        self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float]
+    ) -> tuple[Alignment, list[Pass]]:
+        """Return the answer of `align` with every pass of the loop."""
         passes: list[Pass] = []
         unmet: str | None = None
         try:
             passes.extend(self.passes(a, b, scale=scale))
         except ConditionError as condition:
             unmet = str(condition)
-        return answer(
-            self.name, (a, b), passes, unmet, scale, ratio_tolerance=self.ratio_tolerance, scale_slack=self.scale_slack
-        )
+        tolerances = {"ratio_tolerance": self.ratio_tolerance, "scale_slack": self.scale_slack}
+        return answer(self.name, (a, b), passes, unmet, scale, **tolerances), passes
 
     def passes(self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float]) -> Iterator[Pass]:
         """Run the loop of Algorithm 5, match by match, until the ratio is 1, a scale repeats, or it is given up.
@@ -200,7 +205,7 @@ class Paper:
         triangles = shared_triangles(  # Alg. 5, line 12
             rmaps[0].boxes,
             rmaps[1].boxes,
-            delta_cells=self.delta_cells,
+            **self.tolerance,
             min_area_cells=self.min_area_cells,
             max_rectangles=self.max_rectangles,
             weights=self.weights,
@@ -211,6 +216,11 @@ class Paper:
                 f"no three rectangles of map A have three of map B with sides within {self.delta_cells:g} cells"
             )
         return match_triangles(rmaps[0], rmaps[1], triangles[0])
+
+    @property
+    def tolerance(self) -> dict[str, Any]:
+        """Arguments of `corresponding` (eq. 8)."""
+        return {"delta_cells": self.delta_cells}
 
     def _matched(self, images: Sequence[PlacedImage], turns: Sequence[Turn], iteration: int) -> Iterator[Pass]:
         """Match and turn map 1 until Lambda_f is 0; of orientations that come round again, take the least J."""

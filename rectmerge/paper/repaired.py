@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -82,14 +82,17 @@ class PaperRepaired(Paper):
         self.rectangles(image, name)  # the paper's second condition
         return Turn(smallest_turn(-dominant_angle(OccupancyGrid(image.cells))))
 
+    @property
+    def tolerance(self) -> dict[str, Any]:
+        """Arguments of `corresponding` (eq. 8)."""
+        return {"delta_cells": self.delta_cells, "side_share": self.side_share, "swap_sides": self.swap_sides}
+
     def match(self, images: Sequence[PlacedImage], rmaps: Sequence[RMap]) -> Match:
         """Return the set of shared triangles, among the best ones, under which the walls agree most."""
         triangles = shared_triangles(
             rmaps[0].boxes,
             rmaps[1].boxes,
-            delta_cells=self.delta_cells,
-            side_share=self.side_share,
-            swap_sides=self.swap_sides,
+            **self.tolerance,
             min_area_cells=self.min_area_cells,
             max_rectangles=self.max_rectangles,
             weights=self.weights,
