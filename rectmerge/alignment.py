@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.analysis.overlap import Agreement, measure_agreement
+from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.similarity import Similarity
 
@@ -150,6 +151,50 @@ class Alignment:
         candidate = "" if self else f": candidate {number} of {len(self.candidates)}"
         return f"{self.verdict}{candidate}, confidence {self.candidates[number - 1].confidence:.2f}"
 
+    def with_candidate(self, number: int) -> Alignment:
+        """Return the alignment with a candidate accepted by hand, 1 being the best; the others keep their order.
+
+        Raises
+        ------
+        InputError
+            If there is no candidate of this number.
+        """
+        if not 1 <= number <= len(self.candidates):
+            raise InputError(f"there is no candidate {number}: {self.verdict} with {len(self.candidates)} candidates")
+        if self and number == 1:
+            return self
+        accepted = self.candidates[number - 1]
+        others = tuple(candidate for candidate in self.candidates if candidate is not accepted)
+        return replace(
+            self,
+            verdict="accepted",
+            reason=f"candidate {number}, chosen by hand; unaided the verdict is: {self.verdict}, {self.reason}",
+            candidates=(accepted, *others),
+            confidence=accepted.confidence,
+            scale=replace(self.scale, found=accepted.pixels.scale),
+        )
+
+    def with_placement(self, pixels: Similarity, a: OccupancyGrid, b: OccupancyGrid, *, source: str) -> Alignment:
+        """Return the alignment with its best candidate replaced by a placement that is accepted as it is given.
+
+        Parameters
+        ----------
+        pixels
+            The placement between the pixels of the two images.
+        a, b
+            The two maps.
+        source
+            Origin of the placement, the start of the reason; the verdict on the walls follows it.
+        """
+        candidate = Candidate.from_pixels(pixels, a, b, confidence=self.confidence)
+        return replace(
+            self,
+            verdict="accepted",
+            reason=f"{source}; the walls say: {self.verdict}, {self.reason}",
+            candidates=(candidate, *self.candidates[1:]),
+            scale=replace(self.scale, found=pixels.scale, source="given"),
+        )
+
     def as_dict(self) -> dict[str, Any]:
         """Return plain data for JSON: the content of ``alignment.json``."""
         best = self.candidates[0] if self.candidates else None
@@ -193,6 +238,26 @@ class Method(Protocol):
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
         """Place B on A; `scale` bounds the pixel scale (cells of A per cell of B)."""
+
+
+class Certificate(Protocol):
+    """Proof, or counterexample, that no other placement scores nearly as well as an accepted one."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+
+    def __str__(self) -> str:
+        """Return a line for the terminal."""
+
+
+@runtime_checkable
+class Certifies(Method, Protocol):
+    """Method that can certify its accepted placements: an optional capability."""
+
+    def certify(
+        self, a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity, *, scale: tuple[float, float], seconds: float
+    ) -> Certificate:
+        """Prove within some seconds that no placement elsewhere scores nearly as well, or find one."""
 
 
 def _similarity_dict(similarity: Similarity, unit: str) -> dict[str, Any]:

@@ -30,18 +30,19 @@ def check(
     says so, and tells what does. The numbers are those that `rectmerge view` shows: pixel (u, v) of B lies on pixel
     (a u - b v + tx, b u + a v + ty) of A.
     """
+    from rectmerge.analysis.displacement import displacement_cells
     from rectmerge.cli.map_options import read_maps
-    from rectmerge.cli.placement_source import moved_cells, parse_pixels
-    from rectmerge.cli.summary import describe, describe_check
+    from rectmerge.cli.placement_options import parse_pixels
     from rectmerge.io.json_text import to_json
     from rectmerge.methods import check as judge
     from rectmerge.results.alignment_json import to_json_dict
+    from rectmerge.results.summary import describe, describe_check
 
     placement, scale, method = parse_pixels(pixels), solving.parse_scale(), solving.make_method()
     grid_a, grid_b = read_maps(reading.pair(a, b))
     judged = judge(grid_a, grid_b, placement, method=method, scale=scale, seed=solving.seed)
     if json:
-        moved = moved_cells(grid_b, placement, judged.candidates[0].pixels) if judged.candidates else 0.0
+        moved = displacement_cells(grid_b, placement, judged.candidates[0].pixels) if judged.candidates else 0.0
         typer.echo(to_json(to_json_dict(judged, grid_a, grid_b) | {"moved_cells": moved}))
     else:
         typer.echo("\n".join([describe(judged, is_given=True), *describe_check(judged, grid_b, placement)]))

@@ -19,11 +19,11 @@ def inspect(
     json: Json = False,
 ) -> None:
     """Draw a map's rectangles and orientation, and report its size and its own accuracy."""
-    from rectmerge.cli.inspection import inspect_map
     from rectmerge.cli.map_options import input_files, read_maps
     from rectmerge.io.atomic_file import replace_file, require_other
     from rectmerge.io.image_file import encode_image
     from rectmerge.io.json_text import to_json
+    from rectmerge.paper.inspection import inspect_map
 
     if output.suffix.lower() != ".png":
         raise InputError(f"{output}: the picture is a PNG; give it a name that ends in .png")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 from typer.core import TyperCommand
@@ -14,18 +14,17 @@ from rectmerge.cli import console
 from rectmerge.cli.app import Json
 from rectmerge.cli.map_options import MapA, MapB, PairOptions
 from rectmerge.cli.method_options import MethodOptions
+from rectmerge.cli.placement_options import PlacementOptions
 from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from rectmerge.alignment import Alignment
-    from rectmerge.cli.placement_source import Placing
+    from rectmerge.alignment import Alignment, Certificate, Method
     from rectmerge.composing.compose import CellsOf, Rule
     from rectmerge.grid import OccupancyGrid
     from rectmerge.methods import Scale
-    from rectmerge.robust.certificate import Certificate
 
 UsageError: Any = typer.BadParameter.__bases__[0]  # click's, which typer brings from elsewhere in every second version
 Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="The folder for the results.")]
@@ -40,18 +39,6 @@ RuleName = Annotated[
     ),
 ]
 Cells = Annotated[str, typer.Option(metavar="a|b|finer|METRES", help="The cells of the merged map; a keeps A's own.")]
-GuessText = Annotated[
-    str | None, typer.Option("--guess", metavar="X,Y,YAW", help="About where B's frame lies in A's: metres, radians.")
-]
-CandidateNumber = Annotated[
-    int | None, typer.Option("--candidate", min=1, metavar="K", help="Take this candidate, whatever the verdict.")
-]
-PixelsText = Annotated[
-    str | None, typer.Option("--pixels", metavar="A,B,TX,TY", help="Place B by hand: from its pixels to A's.")
-]
-Earlier = Annotated[
-    Path | None, typer.Option("--from", metavar="ALIGNMENT.json", help="Place B as an earlier merge did.")
-]
 Certify = Annotated[
     bool, typer.Option("--certify", metavar="", help="Of a yes, show that nothing elsewhere scores nearly as well.")
 ]
@@ -71,27 +58,6 @@ class TwoMaps(TyperCommand):
                 raise
             how = "maps are merged two at a time: merge the first two, then their merged.yaml with the next"
             raise UsageError(f"{error.message}; {how}", ctx) from None
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlacementOptions:
-    """Options by which a user says where map B lies."""
-
-    guess: GuessText = None
-    candidate: CandidateNumber = None
-    pixels: PixelsText = None
-    earlier: Earlier = None
-
-    def parse(self) -> Placing:
-        """Return what they say of the placement."""
-        from rectmerge.cli.placement_source import Placing, parse_guess, parse_pixels
-
-        return Placing(
-            guess=None if self.guess is None else parse_guess(self.guess),
-            pixels=None if self.pixels is None else parse_pixels(self.pixels),
-            earlier=self.earlier,
-            candidate=self.candidate,
-        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,6 +83,19 @@ class CertificateOptions:
     certify: Certify = False
     certify_seconds: CertifySeconds = 10.0
 
+    def certify_with(
+        self, method: Method, alignment: Alignment, a: OccupancyGrid, b: OccupancyGrid, scale: Scale
+    ) -> Certificate | None:
+        """Return the certificate of an accepted alignment, by its method or else by the default one."""
+        from rectmerge.alignment import Certifies
+        from rectmerge.methods import DEFAULT_METHOD, make_method, searched_scale
+
+        if not (alignment and self.certify):
+            return None
+        certifier = method if isinstance(method, Certifies) else cast("Certifies", make_method(DEFAULT_METHOD))
+        bounds, pixels = searched_scale(scale, alignment.scale), alignment.candidates[0].pixels
+        return certifier.certify(a, b, pixels, scale=bounds, seconds=self.certify_seconds)
+
 
 def merge(
     a: MapA,
@@ -137,16 +116,15 @@ def merge(
     and the reason says what the walls make of it.
     """
     from rectmerge.cli.map_options import input_files, read_maps
-    from rectmerge.cli.summary import describe
     from rectmerge.composing.rules import SHADING
     from rectmerge.io.json_text import to_json
     from rectmerge.io.map_file import has_shades
     from rectmerge.results.alignment_json import to_json_dict
     from rectmerge.results.folder import ResultFolder
     from rectmerge.results.inputs import told_inputs
+    from rectmerge.results.summary import describe
 
     scale, (rule, cells), method = solving.parse_scale(), merging.parse(), solving.make_method()
-    placement = placing.parse()
     inputs = reading.pair(a, b)
     folder = ResultFolder(output)
     folder.check(input_files(inputs), force=force)
@@ -154,11 +132,10 @@ def merge(
     if cells != "a" and grid_a.resolution is None:
         raise InputError(f"{a}: its resolution is not known: give --resolution-a, or keep --output-resolution a")
     alignment = _with_quality(
-        placement.answer(grid_a, grid_b, method=method, scale=scale, seed=solving.seed), grid_a, grid_b
+        placing.align(grid_a, grid_b, method=method, scale=scale, seed=solving.seed), grid_a, grid_b
     )
     pictures, merged = _results(alignment, grid_a, grid_b, rule, cells)
-    is_certified = alignment and certifying.certify
-    certificate = _certify(alignment, grid_a, grid_b, scale, certifying.certify_seconds) if is_certified else None
+    certificate = certifying.certify_with(method, alignment, grid_a, grid_b, scale)
     record = to_json_dict(alignment, grid_a, grid_b) | {"inputs": told_inputs(output, *inputs, grids=(grid_a, grid_b))}
     if certificate is not None:
         record["certificate"] = certificate.as_dict()
@@ -174,14 +151,6 @@ def _with_quality(found: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> Align
 
     measured = {"a": measure_quality(a).as_dict(), "b": measure_quality(b).as_dict()}
     return dataclasses.replace(found, quality=found.quality or measured)
-
-
-def _certify(found: Alignment, a: OccupancyGrid, b: OccupancyGrid, scale: Scale, seconds: float) -> Certificate:
-    from rectmerge.methods import searched_scale
-    from rectmerge.robust.certificate import certify
-
-    searched = searched_scale(scale, found.scale)
-    return certify(a, b, found.candidates[0].pixels, scale=searched, seconds=seconds)
 
 
 def _results(

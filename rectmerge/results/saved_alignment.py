@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from rectmerge.alignment import Verdict
 from rectmerge.analysis.shared_area import SharedArea
 from rectmerge.errors import InputError
+from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.results.alignment_json import AlignmentFile
 from rectmerge.similarity import Similarity
 from rectmerge.transfer.transform import FRAMES, Transform
@@ -20,6 +22,8 @@ class SavedAlignment:
 
     Parameters
     ----------
+    file
+        The file that it was read from.
     verdict, reason
         As in `rectmerge.alignment.Alignment`.
     candidates
@@ -28,6 +32,7 @@ class SavedAlignment:
         Names of A's and B's map frame; None where the maps have none.
     """
 
+    file: Path
     verdict: Verdict
     reason: str
     candidates: tuple[Transform, ...]
@@ -46,7 +51,7 @@ class SavedAlignment:
             resolutions = _resolutions(file)
             candidates = tuple(_transform(entry, resolutions) for entry in file.record["candidates"])
             a, b = (name if isinstance(name := file.input_field(key, "frame"), str) else None for key in "ab")
-            return cls(file.verdict, file.reason, candidates, (a, b))
+            return cls(file.path, file.verdict, file.reason, candidates, (a, b))
 
     def frame_names(self, parent: str | None, child: str | None) -> tuple[str, str]:
         """Return the names of the frames: as given, else the maps' own where they differ, else `FRAMES`."""
@@ -65,6 +70,25 @@ class SavedAlignment:
         if not 1 <= number <= len(self.candidates):
             raise InputError(f"there is no candidate {number}; the answer holds {len(self.candidates)}")
         return self.candidates[number - 1]
+
+    def pixels(self, number: int | None, a: OccupancyGrid, b: OccupancyGrid) -> Similarity:
+        """Return a candidate between the pixels of maps in the same frames; of an accepted alignment None is the best.
+
+        Raises
+        ------
+        InputError
+            If there is no such candidate, none is named and none is accepted, or map A has another unit.
+        """
+        if number is None and self.verdict != "accepted":
+            raise InputError(
+                f"{self.file}: {self.verdict}; name one of its {len(self.candidates)} candidates by --candidate"
+            )
+        candidate = self.candidate(number or 1)
+        if candidate.unit != a.unit:
+            raise InputError(
+                f"{self.file}: places map B in {candidate.unit}, but map A is in {a.unit}; give --resolution-a"
+            )
+        return map_frame_to_pixels(candidate.b_to_a, a, b)
 
 
 def _resolutions(file: AlignmentFile) -> tuple[float, float] | None:

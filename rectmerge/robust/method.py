@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rectmerge.alignment import Alignment, Candidate, Verdict
+from rectmerge.alignment import Alignment, Candidate, Certificate, Verdict
 from rectmerge.analysis.overlap import Agreement, AgreementMeter
 from rectmerge.analysis.quality import measure_quality
 from rectmerge.analysis.trinary_map import MapCells, trinary
@@ -132,6 +132,14 @@ class Robust:
             confidence=candidates[0].confidence,
             quality=quality,
         )
+
+    def certify(
+        self, a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity, *, scale: tuple[float, float], seconds: float
+    ) -> Certificate:
+        """Show that nothing else comes close to a placement; see `rectmerge.robust.certificate.certify`."""
+        from rectmerge.robust.certificate import certify
+
+        return certify(a, b, pixels, scale=scale, seconds=seconds)
 
     def _read(self, grid: OccupancyGrid) -> PreparedMap:
         return PreparedMap.from_grid(grid, MapCells.from_values(trinary(grid)), measure_quality(grid), self.rectangles)

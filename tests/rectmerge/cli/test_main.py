@@ -13,7 +13,6 @@ from rectmerge import methods
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.cli import console
 from rectmerge.cli import main as cli
-from rectmerge.cli.summary import describe
 from rectmerge.composing.compose import compose
 from rectmerge.drawing import maps as picture
 from rectmerge.drawing import overlay
@@ -21,6 +20,7 @@ from rectmerge.grid import OccupancyGrid, map_frame_to_pixels, pixels_to_map_fra
 from rectmerge.io.dialects import Legend
 from rectmerge.io.map_file import read_map, write_map
 from rectmerge.io.map_yaml import read_header
+from rectmerge.results.summary import describe
 from rectmerge.similarity import Similarity
 from tests import drawing
 
@@ -466,10 +466,12 @@ def test_help_and_version_need_no_heavy_package():
     assert "--scale" in done.stdout
 
 
-def test_a_yes_is_certified_when_asked_and_the_verdict_stays(tmp_path, answer, capsys):
-    answer("accepted")
+def test_a_yes_of_any_method_is_certified_when_asked_and_the_verdict_stays(tmp_path, monkeypatch, capsys):
+    default = methods.make_method(methods.DEFAULT_METHOD)  # certifies for a method that cannot
+    monkeypatch.setattr(methods, "make_method", lambda name: Answers("accepted") if name == "answers" else default)
+    words = ("--method", "answers", "--certify", "--certify-seconds", 0.1)
 
-    assert rectmerge("merge", A, B, "-o", tmp_path / "out", "--certify", "--certify-seconds", 0.1) == 0
+    assert rectmerge("merge", A, B, "-o", tmp_path / "out", *words) == 0
 
     assert "  certified   " in capsys.readouterr().out
     told = json.loads((tmp_path / "out" / "alignment.json").read_text())

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rectmerge.cli.inspection import inspect_map
 from rectmerge.grid import OccupancyGrid
+from rectmerge.paper.inspection import inspect_map
 from tests import drawing
 
 

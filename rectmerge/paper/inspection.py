@@ -1,4 +1,4 @@
-"""What the paper's first steps see in one map: its rectangles, their neighbours, its edges and its orientation."""
+"""Inspection of one map by the paper's first steps: rectangles, their neighbours, edges and orientation."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ from rectmerge.paper.placed_image import PlacedImage
 from rectmerge.paper.rmap import RMap, Side, rmap
 
 MARGIN_CELLS = 5
-LISTED = 20  # rectangles that are numbered and listed, as in figure 3
-LEGEND_LABELS = 8  # of a series: laser maps have some of 50, and a line of so many is wider than the picture
+LISTED_RECTANGLES = 20  # rectangles that are numbered and listed, as in figure 3
+LEGEND_LABELS = 8  # of a series: laser maps have series of 50 labels, and such a line is wider than the picture
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Inspection:
-    """What was found in a map.
+    """Rectangles, orientation and accuracy of a map.
 
     Parameters
     ----------
     grid
         The map.
-    found
+    r_map
         Its R-map (Algorithm 2).
     series
         For each direction the labels of the largest neighbours from rectangle 1 outwards (table I).
     orientation
-        The answer of Algorithm 3, None where no edges are parallel.
+        The orientation by Algorithm 3, None where no edges are parallel.
     quality
         The map's own accuracy.
     """
 
     grid: OccupancyGrid
-    found: RMap
+    r_map: RMap
     series: dict[Side, list[int]]
     orientation: Orientation | None
     quality: MapQuality
@@ -61,7 +61,7 @@ class Inspection:
             "resolution": self.grid.resolution,
             "origin": list(self.grid.origin),
             "cells": cells,
-            "rectangles": {"count": len(self.found), "largest": self.found.boxes[:LISTED].tolist()},
+            "rectangles": {"count": len(self.r_map), "largest": self.r_map.boxes[:LISTED_RECTANGLES].tolist()},
             "largest_neighbours": {str(side): labels for side, labels in self.series.items()},
             "upright_after_deg": turn,
             "quality": self.quality.as_dict(),
@@ -80,7 +80,7 @@ class Inspection:
             [
                 f"  size         {data['width']} x {data['height']} cells, resolution {resolution}",
                 f"  free space   {_area(data['cells']['free'], self.grid.resolution)}",
-                f"  rectangles   {len(self.found):,}, the largest {largest} cells",
+                f"  rectangles   {len(self.r_map):,}, the largest {largest} cells",
                 f"  orientation  {upright}",
                 f"  walls        {walls}",
                 f"  speckle      {quality['speckle']:.2%} of the known cells stand alone",
@@ -89,10 +89,10 @@ class Inspection:
 
     def draw(self) -> Picture:
         """Draw figures 3 to 6 of the paper for this map, RGB."""
-        boxes = self.found.rectangles
+        boxes = self.r_map.rectangles
         chains = {f"{side}: {_first_few(labels)}": labels for side, labels in self.series.items()}
         panels = {
-            f"rectangles: {len(boxes)}, the first {min(LISTED, len(boxes))} numbered": draw_rectangles(
+            f"rectangles: {len(boxes)}, the first {min(LISTED_RECTANGLES, len(boxes))} numbered": draw_rectangles(
                 self.grid, boxes
             ),
             "largest neighbours of rectangle 1": draw_series(
@@ -120,8 +120,9 @@ def inspect_map(grid: OccupancyGrid) -> Inspection:
     InputError
         If the map has no free cell.
     """
-    found = rmap(grid.free)
-    return Inspection(grid, found, largest_neighbours(found, 1), orthogonal_orientation(found), measure_quality(grid))
+    r_map = rmap(grid.free)
+    series, orientation = largest_neighbours(r_map, 1), orthogonal_orientation(r_map)
+    return Inspection(grid, r_map, series, orientation, measure_quality(grid))
 
 
 def _first_few(labels: Sequence[int]) -> str:
@@ -130,7 +131,7 @@ def _first_few(labels: Sequence[int]) -> str:
 
 
 def _area(cells: int, resolution: float | None) -> str:
-    """Write an area in whole cells, or in square metres to about four digits, never as a power of ten."""
+    """Return an area in whole cells, or in square metres to about four digits, never as a power of ten."""
     if resolution is None:
         return f"{cells:,} cells"
     area = cells * resolution**2
@@ -138,7 +139,7 @@ def _area(cells: int, resolution: float | None) -> str:
 
 
 def _cropped(cells: NDArray[np.int8]) -> OccupancyGrid:
-    """Cut a turned image to its known cells, with a margin: its canvas is mostly empty corners."""
+    """Crop a turned image to its known cells with a margin, as most of its canvas is empty."""
     framed = np.pad(cells, MARGIN_CELLS, constant_values=UNKNOWN)
     rows, cols = (np.flatnonzero((framed != UNKNOWN).any(axis=axis)) for axis in (1, 0))
     (top, bottom), (left, right) = ((line[0] - MARGIN_CELLS, line[-1] + MARGIN_CELLS + 1) for line in (rows, cols))

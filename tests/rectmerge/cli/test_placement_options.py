@@ -8,7 +8,7 @@ import pytest
 import rectmerge as rm
 from rectmerge.cli import console
 from rectmerge.cli import main as cli
-from rectmerge.cli.placement_source import Placing, moved_cells, parse_guess, parse_pixels
+from rectmerge.cli.placement_options import PlacementOptions, parse_guess, parse_pixels
 from tests import drawing
 
 A, B = (str(drawing.DATA / f"building_{name}.yaml") for name in "ab")
@@ -184,10 +184,4 @@ def test_numbers_are_read_as_they_are_printed():
     assert parse_guess("1,-2.5,3e-1") == (1.0, -2.5, 0.3)
     assert parse_pixels("0.5,-0.25,3,4").matrix.tolist() == [[0.5, 0.25, 3.0], [-0.25, 0.5, 4.0]]
     with pytest.raises(rm.InputError):
-        Placing(guess=(0.0, 0.0, 0.0), candidate=None, pixels=rm.Similarity())
-
-
-def test_how_far_a_placement_was_moved_is_measured_where_b_is_free():
-    b = rm.read_map(B)
-
-    assert moved_cells(b, rm.Similarity(), rm.Similarity(tx=3.0, ty=4.0)) == pytest.approx(5.0)
+        PlacementOptions(guess="0,0,0", pixels="1,0,0,0")
