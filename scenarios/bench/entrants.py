@@ -10,7 +10,7 @@ from typing import Any
 
 from rectmerge.errors import InputError
 from scenarios.suites.random_values import sample_values
-from scenarios.suites.suite import Contender
+from scenarios.suites.suite import ContenderSpec
 from scenarios.suites.toml_tables import structure
 
 ENTRANTS, TUNED = (Path(__file__).parent / name for name in ("entrants.toml", "tuned.toml"))
@@ -18,7 +18,7 @@ EVERYBODY = "everybody"  # a name that stands for all of them
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Entrant(Contender):
+class Entrant(ContenderSpec):
     """A method with its authors' parameters, and the space in which it is tuned.
 
     Parameters
@@ -31,11 +31,13 @@ class Entrant(Contender):
 
     space: dict[str, Any] = field(default_factory=dict)
 
-    def configurations(self, budget: int, *, seed: int = 0) -> list[Contender]:
+    def configurations(self, budget: int, *, seed: int = 0) -> list[ContenderSpec]:
         """Return the authors' parameters and as many more, drawn from the space, as the budget has left."""
         others = [sample_values(self.space, name=self.label, seed=seed + k, first=seed) for k in range(1, budget)]
         fields = [self.set, *({**self.set, **other} for other in others)]
-        return [Contender(label=f"{self.label}-{k}", method=self.method, set=values) for k, values in enumerate(fields)]
+        return [
+            ContenderSpec(label=f"{self.label}-{k}", method=self.method, set=values) for k, values in enumerate(fields)
+        ]
 
 
 def entrants() -> list[Entrant]:
@@ -44,16 +46,16 @@ def entrants() -> list[Entrant]:
     return structure(table["entrants"], list[Entrant], "entrants")
 
 
-def tuned() -> list[Contender]:
+def tuned() -> list[ContenderSpec]:
     """Return the same methods as ``rectbench tune`` left them."""
     table = tomllib.loads(TUNED.read_text(encoding="utf-8"))
-    return structure(table["contenders"], list[Contender], "contenders")
+    return structure(table["contenders"], list[ContenderSpec], "contenders")
 
 
-def contenders() -> list[Contender]:
+def contenders() -> list[ContenderSpec]:
     """Return all that take part: every method by its authors' parameters, and tuned."""
     return [
-        *(Contender(label=entrant.label, method=entrant.method, set=entrant.set) for entrant in entrants()),
+        *(ContenderSpec(label=entrant.label, method=entrant.method, set=entrant.set) for entrant in entrants()),
         *tuned(),
     ]
 

@@ -66,7 +66,7 @@ def results(
     from scenarios.studies.default_method import Plan, write_results
 
     require_extras(*SIMULATOR, "tomli_w")
-    plan = Plan.of(maps)
+    plan = Plan.from_folder(maps)
     with progress(plan.rows) as advance:
         write_results(plan, output, force=force, on_rows=row_callback(advance))
     typer.echo(f"written: {output}")

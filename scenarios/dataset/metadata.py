@@ -87,7 +87,7 @@ class CheckedRow:
         )
 
 
-class Line(NamedTuple):
+class MetadataLine(NamedTuple):
     """A line of a file: its start, in bytes; its place, as ``file:line``; and its text."""
 
     start: int
@@ -95,7 +95,7 @@ class Line(NamedTuple):
     text: str
 
 
-def metadata_lines(folder: Path) -> Iterator[Line]:
+def metadata_lines(folder: Path) -> Iterator[MetadataLine]:
     """Read the lines of a split that are not empty.
 
     Raises
@@ -108,13 +108,13 @@ def metadata_lines(folder: Path) -> Iterator[Line]:
         with path.open("rb") as lines:
             for number, line in enumerate(lines, start=1):
                 if line.strip():
-                    yield Line(start, f"{path}:{number}", line.decode())
+                    yield MetadataLine(start, f"{path}:{number}", line.decode())
                 start += len(line)
     except (OSError, UnicodeDecodeError) as error:
         raise DatasetError(f"{path}: cannot be read: {error}") from error
 
 
-def line_at(folder: Path, start: int) -> Line:
+def line_at(folder: Path, start: int) -> MetadataLine:
     """Read the line of a split that begins at a byte.
 
     Raises
@@ -126,12 +126,12 @@ def line_at(folder: Path, start: int) -> Line:
     try:
         with path.open("rb") as lines:
             lines.seek(start)
-            return Line(start, f"{path}, byte {start}", lines.readline().decode())
+            return MetadataLine(start, f"{path}, byte {start}", lines.readline().decode())
     except (OSError, UnicodeDecodeError) as error:
         raise DatasetError(f"{path}: cannot be read: {error}") from error
 
 
-def parse_row(line: Line) -> dict[str, Any]:
+def parse_row(line: MetadataLine) -> dict[str, Any]:
     """Parse a row; an error names the line and the reason."""
     try:
         row = json.loads(line.text)

@@ -15,7 +15,7 @@ from rectmerge.errors import DatasetError, InputError, RectMergeError
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.io.map_file import map_files, read_map
 from rectmerge.similarity import Similarity
-from scenarios.dataset.metadata import METADATA, Line, check_row, metadata_lines, parse_row
+from scenarios.dataset.metadata import METADATA, MetadataLine, check_row, metadata_lines, parse_row
 from scenarios.dataset.reader import dataset_name, split_folders
 from scenarios.dataset.writer import JOURNAL, checksum, finished_info
 from scenarios.pairs.pair import MapPair
@@ -46,7 +46,7 @@ class Verdict:
 
 
 @dataclass(slots=True)
-class _Seen:
+class _FirstUses:
     """Ids and buildings seen so far, each with the place of its first use."""
 
     pair_ids: dict[str, str] = field(default_factory=dict)
@@ -76,7 +76,7 @@ def verify(dataset: str | Path, on_pair: Callable[[], None] = lambda: None) -> V
         raise DatasetError(f"{root}: is unfinished; the same `rectbench generate` again goes on with it")
     if not (folders := split_folders(root)):
         raise DatasetError(f"{root}: not a data set: there is no {METADATA} in it, in train/ or in test/")
-    info, seen = finished_info(root), _Seen()
+    info, seen = finished_info(root), _FirstUses()
     checksums: dict[str, str] = (info or {}).get("checksums", {})
     faults = list(_wrong_files(root, checksums))
     for folder in folders:
@@ -110,7 +110,7 @@ def _wrong_counts(root: Path, info: dict[str, Any] | None, folders: list[Path]) 
             yield f"{root / split / METADATA}: has {actual} rows, dataset_info.json says {expected['pairs']}"
 
 
-def _wrong_in_line(line: Line, folder: Path, suite: str, seen: _Seen) -> Iterator[str]:
+def _wrong_in_line(line: MetadataLine, folder: Path, suite: str, seen: _FirstUses) -> Iterator[str]:
     """Yield the faults of a row and its maps."""
     try:
         row = parse_row(line)

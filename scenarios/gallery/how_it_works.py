@@ -62,7 +62,7 @@ class Explained:
     angle: float
 
     @classmethod
-    def of(cls, pair: MapPair) -> Explained:
+    def from_pair(cls, pair: MapPair) -> Explained:
         """Ask the default method, and read the maps as it does.
 
         Raises
@@ -108,9 +108,9 @@ def explain(folder: str | Path, *, force: bool = False, say: Callable[[str], Non
     """
     out = clear_folder(folder, () if force else NAMES, force=force)
     say("two robots explore an office ...")
-    office = Explained.of(office_pair())
+    office = Explained.from_pair(office_pair())
     say(f"{office.found.verdict}; two robots explore a ward of rooms that are all alike ...")
-    ward = Explained.of(ward_pair())
+    ward = Explained.from_pair(ward_pair())
     say(f"{ward.found.verdict}; drawing ...")
     pictures = (draw_maps(office), draw_features(office), draw_shifts(office), draw_rivals(office), draw_ward(ward))
     for name, picture in zip(NAMES, pictures, strict=True):
@@ -149,7 +149,7 @@ def draw_features(shown: Explained) -> Picture:
     room = _same_room(frames[0].boxes, frames[1].boxes, shown.working(shown.best.pixels))
     pictures = []
     for features, each, frame, same in zip(maps, sides, frames, room, strict=True):
-        canvas = _Canvas.of([(features, Similarity())])
+        canvas = _Canvas.from_features([(features, Similarity())])
         canvas.fill(_outline(frame.boxes[same], frame.angle), ROOM)
         for box in frame.boxes[:DRAWN_RECTANGLES]:
             canvas.outline(_outline(box, frame.angle), OTHER_ROOMS, 1)
@@ -203,7 +203,7 @@ def draw_meetings(shown: Explained, pixels: Similarity) -> Picture:
     """Draw the faces of both maps under a placement, in A's working grid, by what they meet in the other map."""
     working = shown.working(pixels)
     on_a, on_b = shown.a.faces(shown.angle), shown.sides_of_b(pixels)
-    canvas = _Canvas.of([(shown.a, Similarity()), (shown.b, working)])
+    canvas = _Canvas.from_features([(shown.a, Similarity()), (shown.b, working)])
     told = [
         (shown.a.walls, _meetings(on_a, on_b, working.inverse())),
         (working.apply(shown.b.walls), _meetings(on_b, on_a, working)),
@@ -262,7 +262,7 @@ class _Canvas:
     zoom: Similarity
 
     @classmethod
-    def of(cls, grids: Sequence[tuple[Features, Similarity]]) -> _Canvas:
+    def from_features(cls, grids: Sequence[tuple[Features, Similarity]]) -> _Canvas:
         """Draw the floor of grids, each moved by its placement onto the first."""
         corners = [
             placement.apply([[0, 0], [w, 0], [0, h], [w, h]])

@@ -16,7 +16,7 @@ import numpy as np
 from rectmerge.errors import InputError
 from scenarios.bench.entrants import Entrant
 from scenarios.scoring.row import Row, is_best_right
-from scenarios.suites.suite import Contender
+from scenarios.suites.suite import ContenderSpec
 
 SCORE, THRESHOLD = "score", "accept_at"  # in a candidate's evidence; the field of the method
 
@@ -55,7 +55,7 @@ def best_threshold(rows: Sequence[Row]) -> Threshold | None:
     return Threshold(edges[best], worth[best])
 
 
-def tuned_contender(entrant: Entrant, configurations: Sequence[Contender], rows: Sequence[Row]) -> Contender:
+def tuned_contender(entrant: Entrant, configurations: Sequence[ContenderSpec], rows: Sequence[Row]) -> ContenderSpec:
     """Take of an entrant's configurations, run as `entrant.configurations` gave them, the one that is worth most.
 
     Raises
@@ -69,9 +69,9 @@ def tuned_contender(entrant: Entrant, configurations: Sequence[Contender], rows:
         raise InputError(f"{entrant.label}: no answer tells a score: a method to be tuned names one in its evidence")
     best, threshold = max(told, key=lambda pair: pair[1].worth)
     fields = {**best.set, THRESHOLD: float(f"{threshold.accept_at:.4g}")}
-    return Contender(label=f"{entrant.label}-tuned", method=entrant.method, set=fields)
+    return ContenderSpec(label=f"{entrant.label}-tuned", method=entrant.method, set=fields)
 
 
-def as_table(contenders: Sequence[Contender]) -> Mapping[str, Any]:
+def as_table(contenders: Sequence[ContenderSpec]) -> Mapping[str, Any]:
     """Lay contenders out as ``tuned.toml`` has them."""
     return {"contenders": [{"label": one.label, "method": one.method, "set": dict(one.set)} for one in contenders]}

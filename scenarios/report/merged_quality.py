@@ -60,7 +60,7 @@ def qualities(rows: Mapping[str, Sequence[Row]], maps: Mapping[str, RowSource]) 
             if row["verdict"] != "accepted" or row["stratum"] == "unrelated" or row["pair_id"] not in maps:
                 continue
             if row["pair_id"] not in scenes:
-                scenes[row["pair_id"]] = Scene.of(maps[row["pair_id"]])
+                scenes[row["pair_id"]] = Scene.from_source(maps[row["pair_id"]])
             if (scene := scenes[row["pair_id"]]) and (candidates := row["candidates"]):
                 found.setdefault(label, []).append(scene.quality(Similarity.from_matrix(candidates[0])))
     truths = [scene.quality(scene.truth) for scene in scenes.values() if scene]
@@ -78,7 +78,7 @@ class Scene:
     truth: Similarity
 
     @classmethod
-    def of(cls, source: RowSource) -> Scene | None:
+    def from_source(cls, source: RowSource) -> Scene | None:
         """Read what the data set holds of a pair; None where it does not hold the building."""
         row = source.row()
         info: Mapping[str, Any] = row.info

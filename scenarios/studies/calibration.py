@@ -54,7 +54,7 @@ class Answers:
         return replace(self, is_there=self.is_there & is_kept, is_right=self.is_right & is_kept)
 
     @classmethod
-    def of(cls, rows: Sequence[Row]) -> Answers:
+    def from_rows(cls, rows: Sequence[Row]) -> Answers:
         """Read the candidates of the rows of a run.
 
         Raises
@@ -91,7 +91,7 @@ def report(rows: Sequence[Row]) -> str:
         for row, of in zip(rows, info, strict=True)
         if of.get("split") == "train" and of.get("family") not in ALIKE and row["candidates"]
     ]
-    answers = Answers.of(told)
+    answers = Answers.from_rows(told)
     weights = fit(answers)
     found = int(answers.is_right.any(axis=1).sum())
     rigid = answers.without_bent()

@@ -42,7 +42,7 @@ class Kept:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class ComparisonLine:
     """A line of a table: one figure under both runs.
 
     Parameters
@@ -67,13 +67,13 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """How a run differs from a baseline: lines, and what could not be compared."""
+    """Differences of a run from a baseline, with notes on what could not be compared."""
 
-    lines: Sequence[Line]
+    lines: Sequence[ComparisonLine]
     notes: Sequence[str]
 
     @property
-    def regressions(self) -> list[Line]:
+    def regressions(self) -> list[ComparisonLine]:
         """The lines that became worse by more than the tolerance."""
         return [line for line in self.lines if line.is_regression]
 
@@ -104,7 +104,7 @@ def compare_runs(run: str | Path, baseline: str | Path) -> Comparison:
     common = [key for key in before if key in now]
     if not common:
         raise InputError(f"{run} and {baseline} have no pair and method in common")
-    lines: list[Line] = []
+    lines: list[ComparisonLine] = []
     for method in sorted({method for method, _ in common}):
         for stratum in STRATA:
             keys = [key for key in common if key[0] == method and stratum in before[key].strata]
@@ -138,19 +138,19 @@ def _of(row: Mapping[str, Any]) -> Kept:
     )
 
 
-def _lines(method: str, stratum: str, now: Sequence[Kept], before: Sequence[Kept]) -> Iterator[Line]:
+def _lines(method: str, stratum: str, now: Sequence[Kept], before: Sequence[Kept]) -> Iterator[ComparisonLine]:
     places, n = [row.place for row in before], len(before)
     for what, outcomes, better in (*RIGHT_ANSWER.get(stratum, ACCEPTED), *RATES):
         hits = [[float(row.outcome in outcomes) for row in rows] for rows in (now, before)]
         mean, low, high = clustered_difference(hits[0], hits[1], places)
         shown = [f"{sum(values):.0f} ({100 * sum(values) / n:.1f} %)" for values in hits]
         difference = f"{100 * mean:+.1f} ({100 * low:+.1f} to {100 * high:+.1f})"
-        yield Line(method, stratum, n, what, shown[1], shown[0], difference, better * mean < -RATE_TOLERANCE)
+        yield ComparisonLine(method, stratum, n, what, shown[1], shown[0], difference, better * mean < -RATE_TOLERANCE)
     if stratum != "unrelated" and (line := _error_line(method, stratum, now, before)):
         yield line
 
 
-def _error_line(method: str, stratum: str, now: Sequence[Kept], before: Sequence[Kept]) -> Line | None:
+def _error_line(method: str, stratum: str, now: Sequence[Kept], before: Sequence[Kept]) -> ComparisonLine | None:
     """Compare the errors of the pairs that both have right, with the interval of their mean log ratio."""
     both = [(a, b) for a, b in zip(now, before, strict=True) if a.outcome == b.outcome == "right-accepted"]
     if not both:
@@ -163,10 +163,10 @@ def _error_line(method: str, stratum: str, now: Sequence[Kept], before: Sequence
     worse = medians[0] > medians[1] + max(ERROR_TOLERANCE * medians[1], ERROR_TOLERANCE_PX)
     difference = f"{mean:+.1f} % ({low:+.1f} to {high:+.1f})"
     what = "median error, cells"
-    return Line(method, stratum, len(both), what, f"{medians[1]:.3f}", f"{medians[0]:.3f}", difference, worse)
+    return ComparisonLine(method, stratum, len(both), what, f"{medians[1]:.3f}", f"{medians[0]:.3f}", difference, worse)
 
 
-def _table(lines: Sequence[Line]) -> Iterator[str]:
+def _table(lines: Sequence[ComparisonLine]) -> Iterator[str]:
     yield "| pairs | n | | baseline | run | difference | |"
     yield "| --- | --- | --- | --- | --- | --- | --- |"
     for line in lines:

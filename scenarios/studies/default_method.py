@@ -37,7 +37,7 @@ class Plan:
     ablated: Sequence[PairSource]
 
     @classmethod
-    def of(cls, maps: str | Path) -> Plan:
+    def from_folder(cls, maps: str | Path) -> Plan:
         """Plan the rows on the real maps in a folder, and on the simulator's suites."""
         real = real_tasks(maps)
         kept = [

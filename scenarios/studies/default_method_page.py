@@ -21,8 +21,8 @@ COVERAGES = (0.25, 0.5, 0.75, 0.9, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
-    """One line of the table: the groups it sums up, and what the method should reach there."""
+class GroupLine:
+    """Line of the table: the groups that it sums up, and the aim of the method there."""
 
     name: str
     groups: tuple[str, ...]
@@ -30,21 +30,21 @@ class Line:
 
 
 LINES = (
-    Line("hand-held, as they are", ("real_maps sensor",), ""),
-    Line("hand-held, turned and rescaled", ("real_maps sensor-hard",), ""),
-    Line("**both**", ("real_maps sensor", "real_maps sensor-hard"), ">= 94 %, none wrong"),
-    Line("floor plans, as they are", ("real_maps layout",), ""),
-    Line("floor plans, turned and rescaled", ("real_maps layout-hard",), ""),
-    Line("**both**", ("real_maps layout", "real_maps layout-hard"), ">= 90 %, none wrong"),
-    Line("**other places**, turned and rescaled", ("real_maps negative",), "none accepted"),
-    Line("**laser**, required", ("real_lasers laser",), "all, e <= 0.4"),
-    Line("laser, optional (overlap < 0.15)", ("real_lasers laser, optional",), ""),
-    Line("**laser, other places**", ("real_lasers negative",), "none accepted"),
-    Line("smoke, noise 0", ("smoke, noise 0",), ""),
-    Line("smoke, noise 1", ("smoke, noise 1",), ""),
-    Line("headline, noise 0", ("headline, noise 0",), ""),
-    Line("headline, noise 1", ("headline, noise 1",), ""),
-    Line(
+    GroupLine("hand-held, as they are", ("real_maps sensor",), ""),
+    GroupLine("hand-held, turned and rescaled", ("real_maps sensor-hard",), ""),
+    GroupLine("**both**", ("real_maps sensor", "real_maps sensor-hard"), ">= 94 %, none wrong"),
+    GroupLine("floor plans, as they are", ("real_maps layout",), ""),
+    GroupLine("floor plans, turned and rescaled", ("real_maps layout-hard",), ""),
+    GroupLine("**both**", ("real_maps layout", "real_maps layout-hard"), ">= 90 %, none wrong"),
+    GroupLine("**other places**, turned and rescaled", ("real_maps negative",), "none accepted"),
+    GroupLine("**laser**, required", ("real_lasers laser",), "all, e <= 0.4"),
+    GroupLine("laser, optional (overlap < 0.15)", ("real_lasers laser, optional",), ""),
+    GroupLine("**laser, other places**", ("real_lasers negative",), "none accepted"),
+    GroupLine("smoke, noise 0", ("smoke, noise 0",), ""),
+    GroupLine("smoke, noise 1", ("smoke, noise 1",), ""),
+    GroupLine("headline, noise 0", ("headline, noise 0",), ""),
+    GroupLine("headline, noise 1", ("headline, noise 1",), ""),
+    GroupLine(
         "**smoke and headline**",
         tuple(f"{suite}, noise {noise}" for suite in ("smoke", "headline") for noise in (0, 1)),
         ">= 98 %",
@@ -78,7 +78,7 @@ def page(rows: Sequence[Row], ablated: Mapping[str, Sequence[Row]], machine: Map
 def results_table(groups: Mapping[str, Sequence[Row]]) -> str:
     """Count every group, and the sums of groups that an aim is set for; a group no line names gets its own."""
     named = {group for line in LINES for group in line.groups}
-    lines = [*LINES, *(Line(name, (name,), "") for name in groups if name not in named)]
+    lines = [*LINES, *(GroupLine(name, (name,), "") for name in groups if name not in named)]
     cells = []
     for line in lines:
         rows = [row for group in line.groups for row in groups.get(group, ())]

@@ -65,9 +65,9 @@ def identifiable_margin(log: MissionLog, pair: MapPair) -> float:
     that share 0.6 have margins of -0.7 to -0.2, wards whose rooms stand off their places by up to 0.15 m -0.34 to 0.20,
     by up to 0.5 m 0.40 to 0.77; other families 0.62 to 1, but for one loop of -0.47 at an overlap of 0.26.
     """
-    building = _Building.of(log.world, log.spec.a.lidar.height_m)
+    building = _Building.from_world(log.world, log.spec.a.lidar.height_m)
     a, b = (
-        _seen(building, robot, spec.lidar, _Window.of(pair, name))
+        _seen(building, robot, spec.lidar, _Window.from_pair(pair, name))
         for name, robot, spec in (("a", log.a, log.spec.a), ("b", log.b, log.spec.b))
     )
     if not (len(a.walls) and len(b.walls)):
@@ -102,7 +102,7 @@ class _Building:
     facing: Image
 
     @classmethod
-    def of(cls, world: World, height_m: float) -> _Building:
+    def from_world(cls, world: World, height_m: float) -> _Building:
         """Draw a building at a laser's height."""
         raster = world.raster(CELL_M / DRAWN_FINER, height_m=height_m)
         solid = _pooled(raster.occupied[::-1])
@@ -117,13 +117,13 @@ class _Building:
 
 @dataclass(frozen=True, slots=True)
 class _Window:
-    """Which part of the world a map's image holds: its lower-left corner and yaw, and its sides, metres."""
+    """Part of the world in the image of a map: its lower-left corner and yaw, and its sides, metres."""
 
     origin: tuple[float, float, float]
     sides: tuple[float, float]
 
     @classmethod
-    def of(cls, pair: MapPair, name: str) -> _Window | None:
+    def from_pair(cls, pair: MapPair, name: str) -> _Window | None:
         """Find it for a map that may have been cut to a size; None for one that shows all that was seen."""
         if pair.info[f"turn_{name}"] != "image":
             return None
@@ -138,16 +138,18 @@ class _Window:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Seen:
-    """What one robot saw: wall cells (N, 2) and the way each faces (N, 2), and open floor (M, 2); metres."""
+class _SeenCells:
+    """Cells seen by one robot: wall cells (N, 2) and their normals (N, 2), and open floor (M, 2); metres."""
 
     walls: NDArray[np.float64]
     facing: NDArray[np.float64]
     floor: NDArray[np.float64]
 
-    def turned(self, turn_deg: float) -> _Seen:
+    def turned(self, turn_deg: float) -> _SeenCells:
         """Turn everything about the world's origin, counter-clockwise."""
-        return _Seen(*(_turned(points, math.radians(turn_deg)) for points in (self.walls, self.facing, self.floor)))
+        return _SeenCells(
+            *(_turned(points, math.radians(turn_deg)) for points in (self.walls, self.facing, self.floor))
+        )
 
     def images(self, cell_m: float) -> tuple[Image, NDArray[np.int64]]:
         """Draw directions (x and y), walls and open floor, shape (4, h, w), and tell the first cell (x, y)."""
@@ -163,7 +165,7 @@ class _Seen:
         return scaled.reshape(4, height, width).astype(np.float32), first
 
 
-def _seen(building: _Building, robot: RobotLog, lidar: Lidar, window: _Window | None) -> _Seen:
+def _seen(building: _Building, robot: RobotLog, lidar: Lidar, window: _Window | None) -> _SeenCells:
     """Say what of a building a robot's beams show, by its true poses, within a window if there is one."""
     ranges = lidar.limit(robot.ranges)
     grid = build_map(robot.poses, lidar.angles, ranges, resolution=CELL_M, max_range_m=lidar.max_range_m)
@@ -176,11 +178,11 @@ def _seen(building: _Building, robot: RobotLog, lidar: Lidar, window: _Window | 
         centres, cells = centres[is_inside], cells[is_inside]
     x, y = cells.T
     is_wall, is_open = building.is_wall[y, x], building.is_open[y, x]
-    return _Seen(centres[is_wall], building.facing[y, x][is_wall].astype(np.float64), centres[is_open])
+    return _SeenCells(centres[is_wall], building.facing[y, x][is_wall].astype(np.float64), centres[is_open])
 
 
 def _correlations(
-    a: _Seen, b: _Seen, turns_deg: Iterable[int], cell_m: float
+    a: _SeenCells, b: _SeenCells, turns_deg: Iterable[int], cell_m: float
 ) -> Iterator[tuple[int, Image, NDArray[np.int64]]]:
     """Score all shifts of B on A, turn by turn: the turn, the scores by shift (y, x), and where no shift (x, y) is."""
     drawn_b = {turn: b.turned(turn).images(cell_m) for turn in turns_deg}

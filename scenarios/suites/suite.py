@@ -15,15 +15,24 @@ from scenarios.suites.random_values import extreme_values, has_random_values, is
 from scenarios.suites.spec import Scenario, Seeds
 from scenarios.suites.toml_tables import structure
 
-__all__ = ["Contender", "MissionSource", "Scenario", "ScenarioTemplate", "Seeds", "Suite", "load_suite", "suite_names"]
+__all__ = [
+    "ContenderSpec",
+    "MissionSource",
+    "Scenario",
+    "ScenarioTemplate",
+    "Seeds",
+    "Suite",
+    "load_suite",
+    "suite_names",
+]
 
 SUITES = Path(__file__).parent
 LEAST_RATIO = 0.1  # cells of A per cell of B
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Contender:
-    """A method as a suite runs it: a label for tables, the registered name, and the fields it sets."""
+class ContenderSpec:
+    """Entry of a method in a suite: its label in tables, its registered name and its fields."""
 
     label: str
     method: str
@@ -98,7 +107,7 @@ class Suite:
     name: str
     title: str
     description: str = ""
-    methods: tuple[Contender, ...] = ()
+    methods: tuple[ContenderSpec, ...] = ()
     templates: tuple[ScenarioTemplate, ...] = ()
 
     @property

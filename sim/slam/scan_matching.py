@@ -24,8 +24,8 @@ TURN_STEP = 0.7  # cells by which the farthest of the nearer half of the points 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Match:
-    """Where a scan fits.
+class ScanMatch:
+    """Best fit of a scan in a map.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class GrowingMap:
         window_m: float,
         window_rad: float,
         trust: tuple[float, float] = (0.0, 0.0),
-    ) -> Match:
+    ) -> ScanMatch:
         """Find where a scan fits best near a guess.
 
         Parameters
@@ -125,7 +125,7 @@ class GrowingMap:
         pull = len(cells) * np.array([trust[0] * self.resolution_m**2, trust[0] * self.resolution_m**2, trust[1]])
         fine = kernels.refine(self._field, cells, found[:3], middle, pull, ROUNDS, ENOUGH_CELLS)
         at = (fine[:2] + self._low) * self.resolution_m
-        return Match(np.array([at[0], at[1], math.remainder(fine[2], 2 * math.pi)]), float(fine[3]), float(fine[4]))
+        return ScanMatch(np.array([at[0], at[1], math.remainder(fine[2], 2 * math.pi)]), float(fine[3]), float(fine[4]))
 
     def _turns(self, cells: NDArray[np.float64], window_rad: float) -> NDArray[np.float64]:
         step = TURN_STEP / max(1.0, float(np.median(np.hypot(*cells.T))))

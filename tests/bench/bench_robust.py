@@ -190,10 +190,10 @@ def test_huge_maps_in_a_fresh_process(benchmark, tmp_path):
     benchmark.extra_info["aim"] = f"<= {HUGE_S} s"
 
 
-def huge_pair() -> tuple[plans.View, plans.View]:
+def huge_pair() -> tuple[plans.PlanView, plans.PlanView]:
     """Draw 180 rooms on 4000 x 4000 cells; turn and rescale the picture."""
     drawn = plans.see(plans.office(1, (3950.0, 3950.0), 200.0), noise=0)
-    a = plans.View(
+    a = plans.PlanView(
         paper_plans.on_canvas(drawn.grid, 4000, 4000), drawn.pixels @ shift_of_canvas(drawn.grid.shape, 4000)
     )
     turned = cv2.getRotationMatrix2D((1999.5, 1999.5), 200.0, 0.75)
@@ -203,7 +203,7 @@ def huge_pair() -> tuple[plans.View, plans.View]:
     from rectmerge.similarity import Similarity
 
     to_b = Similarity.from_matrix(turned)
-    return a, plans.View(OccupancyGrid(image.view(np.int8)), a.pixels @ to_b.inverse())
+    return a, plans.PlanView(OccupancyGrid(image.view(np.int8)), a.pixels @ to_b.inverse())
 
 
 def shift_of_canvas(shape: tuple[int, int], side: int):

@@ -28,7 +28,7 @@ YES_FILES = {"alignment.json", "overlay.png", "conflict.png", "merged.yaml", "me
 A, B = drawing.DATA / "building_a.yaml", drawing.DATA / "building_b.yaml"
 
 
-class Answers:
+class FixedAnswers:
     """A method that places B where it was drawn, with the verdict it is told."""
 
     name = "answers"
@@ -57,7 +57,7 @@ def answer(monkeypatch):
     """Make every method give the same answer."""
 
     def give(verdict: str, candidates: int = 1) -> None:
-        monkeypatch.setattr(methods, "make_method", lambda name, **fields: Answers(verdict, candidates))
+        monkeypatch.setattr(methods, "make_method", lambda name, **fields: FixedAnswers(verdict, candidates))
 
     return give
 
@@ -356,7 +356,7 @@ def test_named_levels_are_used(tmp_path, answer, capsys):
 
 def test_set_reaches_the_method(tmp_path, monkeypatch):
     asked = {}
-    monkeypatch.setattr(methods, "make_method", lambda name, **fields: asked.update(fields) or Answers("rejected"))
+    monkeypatch.setattr(methods, "make_method", lambda name, **fields: asked.update(fields) or FixedAnswers("rejected"))
 
     rectmerge(
         "merge",
@@ -468,7 +468,7 @@ def test_help_and_version_need_no_heavy_package():
 
 def test_a_yes_of_any_method_is_certified_when_asked_and_the_verdict_stays(tmp_path, monkeypatch, capsys):
     default = methods.make_method(methods.DEFAULT_METHOD)  # certifies for a method that cannot
-    monkeypatch.setattr(methods, "make_method", lambda name: Answers("accepted") if name == "answers" else default)
+    monkeypatch.setattr(methods, "make_method", lambda name: FixedAnswers("accepted") if name == "answers" else default)
     words = ("--method", "answers", "--certify", "--certify-seconds", 0.1)
 
     assert rectmerge("merge", A, B, "-o", tmp_path / "out", *words) == 0

@@ -21,7 +21,7 @@ WALL, DOOR = 6.0, 10.0
 
 
 @dataclass(frozen=True)
-class View:
+class PlanView:
     """A map, and where its pixels are in the building."""
 
     grid: OccupancyGrid
@@ -101,7 +101,7 @@ def see(
     noise: int = 0,
     seed: int = 0,
     resolution: float | None = None,
-) -> View:
+) -> PlanView:
     """Map what lies in a window of a building: `scale` building units per cell, the picture turned, walls so thick."""
     corners = np.concatenate([box(*window)] if window else list(rooms))
     straight = Similarity(scale, math.radians(degrees))
@@ -115,15 +115,15 @@ def see(
     reach = np.ones((2 * wall_cells + 1, 2 * wall_cells + 1), np.uint8)
     walls = (cv2.dilate(seen.view(np.uint8), reach) > 0) & ~free
     grid = OccupancyGrid(np.where(seen, FREE, np.where(walls, OCCUPIED, UNKNOWN)).astype(np.int8), resolution)
-    return View(corruption.add_noise(grid, noise, np.random.default_rng(seed)) if noise else grid, pixels)
+    return PlanView(corruption.add_noise(grid, noise, np.random.default_rng(seed)) if noise else grid, pixels)
 
 
-def truth(a: View, b: View) -> Similarity:
+def truth(a: PlanView, b: PlanView) -> Similarity:
     """B's pixels on A's."""
     return a.pixels.inverse() @ b.pixels
 
 
-def error(found: Similarity, a: View, b: View) -> float:
+def error(found: Similarity, a: PlanView, b: PlanView) -> float:
     """RMSE in cells of A of a placement, over the cells that both maps see free."""
     true = truth(a, b)
     at_b = np.argwhere(b.grid.free)[:, ::-1]
@@ -135,7 +135,7 @@ def error(found: Similarity, a: View, b: View) -> float:
     return float(np.sqrt((off**2).sum(axis=1).mean()))
 
 
-def is_right(found: Similarity, a: View, b: View) -> bool:
+def is_right(found: Similarity, a: PlanView, b: PlanView) -> bool:
     """The benchmark's rule: within 1 % of the diagonal of A's known cells, 5 degrees and 5 %."""
     true = truth(a, b)
     rows, cols = np.nonzero(~a.grid.unknown)
@@ -148,7 +148,7 @@ def is_right(found: Similarity, a: View, b: View) -> bool:
     )
 
 
-def flipped(view: View) -> OccupancyGrid:
+def flipped(view: PlanView) -> OccupancyGrid:
     """The map as in a mirror."""
     return OccupancyGrid(np.ascontiguousarray(view.grid.occupancy[:, ::-1]), view.grid.resolution)
 

@@ -17,7 +17,7 @@ from tests.rectmerge.robust import plans
 ROW = [*(plans.box(40 * i, 0, 34, 50) for i in range(8)), *(plans.box(40 * i + 33, 20, 8, 10) for i in range(7))]
 
 
-def office_pair() -> tuple[plans.View, plans.View, Similarity]:
+def office_pair() -> tuple[plans.PlanView, plans.PlanView, Similarity]:
     a = plans.see(plans.office(3), degrees=20, noise=1, seed=1)
     b = plans.see(plans.office(3), degrees=70, scale=1.1, window=(-8, -8, 200, 236), noise=1, seed=2)
     return a, b, a.pixels.inverse() @ b.pixels

@@ -19,7 +19,7 @@ CELLS = arrays(np.int8, array_shapes(min_dims=2, max_dims=2, max_side=12), eleme
 ROUND_SPECK = np.pad(np.full((2, 2), 100, np.int8), 2)  # each cell touches all four
 
 
-def large_view(degrees: float = 0.0) -> plans.View:
+def large_view(degrees: float = 0.0) -> plans.PlanView:
     """Draw an office in cells so small that its working grid is twice as coarse."""
     return plans.see(plans.office(3), degrees=degrees, scale=0.4)
 

@@ -13,7 +13,7 @@ from tests.rectmerge.robust import plans
 WALLS = ((1, 1), (3, 1), (1, 3))  # cells, in A and in B
 
 
-def office_pair(seed: int, *, least_share: float = 0.72) -> tuple[plans.View, plans.View, float]:
+def office_pair(seed: int, *, least_share: float = 0.72) -> tuple[plans.PlanView, plans.PlanView, float]:
     """See an office twice: any turns, scale 0.6 to 1.6, A its left part and B its right, noise level 0 to 2."""
     rng = np.random.default_rng(seed)
     rooms = plans.office(seed)

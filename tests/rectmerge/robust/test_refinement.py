@@ -45,7 +45,7 @@ def nudged(
 
 def views(
     noise: int = 0, *, seed: int = 0, walls: tuple[int, int] = (1, 1), scale: float = 1.25
-) -> tuple[plans.View, plans.View]:
+) -> tuple[plans.PlanView, plans.PlanView]:
     rooms = plans.office(seed)
     a = plans.see(rooms, degrees=17, window=(-8, -8, 250, 236), wall_cells=walls[0], noise=noise, seed=1)
     b = plans.see(rooms, degrees=141, scale=scale, window=(60, -8, 248, 236), wall_cells=walls[1], noise=noise, seed=2)
@@ -316,7 +316,7 @@ def test_the_covariance_of_noisy_pairs_is_of_the_size_of_their_errors():
         assert 0.45 / 10 < square < 0.45 * 10  # 0.45 is the median of a chi-square variable of one degree
 
 
-def fitted(start: np.ndarray, a: plans.View, b: plans.View, bounds: tuple[float, float] = (0.5, 2.0)) -> Fit:
+def fitted(start: np.ndarray, a: plans.PlanView, b: plans.PlanView, bounds: tuple[float, float] = (0.5, 2.0)) -> Fit:
     surfaces = (
         Surface.from_cells(MapCells.from_values(a.grid.occupancy)),
         Surface.from_cells(MapCells.from_values(b.grid.occupancy)),

@@ -201,7 +201,7 @@ def test_a_map_by_odometry_does_not_drift_in_its_own_bag():
     assert other.grid.resolution == 0.06
 
 
-class Walk:
+class WalkedPairs:
     """A pair of the walked office, and the same as if no robot had made it."""
 
     source_id = "walk"
@@ -217,12 +217,12 @@ class Walk:
 
 
 def test_rows_name_their_bags_and_mirrored_pairs_have_none():
-    package = make(Walk(), 7, bags=True).package
+    package = make(WalkedPairs(), 7, bags=True).package
 
     assert [row["bag"] for row in package.rows] == ["bags/000007", ""]
     bags = {path for path in package.files if "/bags/" in path}
     assert bags == {"test/bags/000007/000007.mcap", "test/bags/000007/metadata.yaml"}
-    assert "bag" not in make(Walk(), 7).package.rows[0]
+    assert "bag" not in make(WalkedPairs(), 7).package.rows[0]
 
 
 @pytest.mark.parametrize("kind", ["related", "mirrored"])

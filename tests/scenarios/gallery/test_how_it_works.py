@@ -7,7 +7,7 @@ from tests.test_docs import ROOT
 
 @pytest.mark.sim
 def test_the_truth_meets_walls_and_a_rival_contradicts_more():
-    office = Explained.of(office_pair())
+    office = Explained.from_pair(office_pair())
     best, rival = (_share(draw_meetings(office, each.pixels), "wall met") for each in office.found.candidates[:2])
 
     assert office.found.verdict == "accepted"

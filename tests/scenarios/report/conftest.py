@@ -15,7 +15,7 @@ from tests.scenarios.tiny_suite import SHIFT, TinySuite
 
 
 @dataclass(frozen=True, kw_only=True)
-class Placing:
+class FixedPlacement:
     """Lays B where it belongs, or some cells aside."""
 
     name: str = "placing"
@@ -36,9 +36,9 @@ class Placing:
 
 
 METHODS = [
-    Contender(label="good", method=Placing()),
-    Contender(label="bad", method=Placing(aside=20.0, confidence=0.9)),
-    Contender(label="bad-tuned", method=Placing(verdict="rejected", confidence=0.1)),
+    Contender(label="good", method=FixedPlacement()),
+    Contender(label="bad", method=FixedPlacement(aside=20.0, confidence=0.9)),
+    Contender(label="bad-tuned", method=FixedPlacement(verdict="rejected", confidence=0.1)),
 ]
 
 

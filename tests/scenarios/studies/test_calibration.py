@@ -54,7 +54,7 @@ def rows():
 
 
 def test_the_fit_tells_right_from_wrong(rows):
-    answers = Answers.of(rows)
+    answers = Answers.from_rows(rows)
 
     weights = fit(answers)
 
@@ -64,28 +64,28 @@ def test_the_fit_tells_right_from_wrong(rows):
 
 
 def test_no_weight_is_against_its_sign(rows):
-    weights = dict(zip(RIGID_TERMS, fit(Answers.of(rows)), strict=True))
+    weights = dict(zip(RIGID_TERMS, fit(Answers.from_rows(rows)), strict=True))
 
     assert all(weights[name] <= 0 for name in AGAINST)
     assert all(weight >= 0 for name, weight in weights.items() if name not in (*AGAINST, "one"))
 
 
 def test_nearly_right_candidates_are_left_out(rows):
-    answers = Answers.of(rows)
+    answers = Answers.from_rows(rows)
 
     assert answers.is_there.sum(axis=1).tolist() == [2] * len(rows)
     assert answers.is_right.sum() == 80
 
 
 def test_of_bent_pairs_only_what_is_wrong_is_learnt(rows):
-    bent = Answers.of([{**one, "residual_px": 5.0} for one in rows]).without_bent()
+    bent = Answers.from_rows([{**one, "residual_px": 5.0} for one in rows]).without_bent()
 
     assert not bent.is_right.any()
     assert bent.is_there.sum() < 2 * len(rows)
 
 
 def test_the_terms_are_those_of_the_method(rows):
-    answers = Answers.of(rows[:1])
+    answers = Answers.from_rows(rows[:1])
     columns = {name: np.array([one[name] for one in rows[0]["evidence"]]) for name in FIELDS}
 
     np.testing.assert_array_equal(answers.terms[0], rigid_terms(WallAgreement(**columns)))

@@ -86,7 +86,7 @@ def test_a_plan_holds_every_pair_of_the_real_maps_and_three_rescales_of_each_unr
     write(tmp_path / "real_maps", [*related, {**UNRELATED, "pair_id": "q", "variant": "negative"}])
     write(tmp_path / "real_lasers", [{**ROW, "variant": "laser"}])
 
-    plan = Plan.of(tmp_path)
+    plan = Plan.from_folder(tmp_path)
 
     ids = {name: [pair_id for source in sources for pair_id in source.pair_ids] for name, sources in plan.tasks.items()}
     assert ids["real_maps"] == ["r0", "r1"]
