@@ -137,3 +137,21 @@ def test_noise_makes_no_crash_and_no_other_answer_than_a_small_turn(seed):
 def test_a_negative_tolerance_is_refused(tolerance):
     with pytest.raises(InputError, match="tolerances"):
         orthogonal_orientation(rmap(np.ones((2, 2), bool)), **tolerance)
+
+
+@pytest.mark.parametrize(("slope", "turned_deg", "upright_deg"), [((2, 1), 27, 0.4349), ((1, 1), 225, 180.0)])
+def test_the_turns_that_the_paper_prints_are_those_of_its_slopes(slope, turned_deg, upright_deg):
+    # a map turned counter-clockwise by 27 degrees has edges that rise by one cell in two: figure 5 prints -26.5651
+    turn = math.degrees(smallest_turn(-math.atan2(slope[1], slope[0])))
+
+    assert turn == pytest.approx({27: -26.5651, 225: -45.0}[turned_deg], abs=5e-5)
+    assert turned_deg + turn == pytest.approx(upright_deg, abs=5e-5)
+    assert turn + 90 == pytest.approx({27: 63.4349, 225: 45.0}[turned_deg], abs=5e-5)  # as section IV has it
+
+
+def test_the_fourteen_rectangles_of_the_papers_edge_make_its_ninety_one_lines():
+    upper_left, left_upper = {7, 23, 27, 36, 47, 82, 84, 86}, {8, 20, 44, 73, 76}  # eq. 5a and 5b
+    north_west = {1} | upper_left | left_upper  # eq. 6a
+
+    assert len(north_west) == 14
+    assert len(edge_lines(np.random.default_rng(1).random((len(north_west), 2))).inliers) == 91
