@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from rectmerge.alignment import Method
 from rectmerge.errors import InputError
 from rectmerge.methods import make_method
+from scenarios.suites.suite import ContenderSpec
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,24 +31,8 @@ class Contender:
     knows_scale: bool = False
 
 
-class Entry(Protocol):
-    """A contender as suites and the leaderboard declare it."""
-
-    @property
-    def label(self) -> str:
-        """Name in tables."""
-
-    @property
-    def method(self) -> str:
-        """Name of a registered method."""
-
-    @property
-    def set(self) -> Mapping[str, Any]:
-        """Fields of the method."""
-
-
 def make_contenders(
-    names: Sequence[str], entries: Sequence[Entry], settings: Sequence[str] = (), *, knows_scale: bool = False
+    names: Sequence[str], entries: Sequence[ContenderSpec], settings: Sequence[str] = (), *, knows_scale: bool = False
 ) -> list[Contender]:
     """Make contenders from names.
 

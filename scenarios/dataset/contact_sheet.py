@@ -16,8 +16,8 @@ from rectmerge.drawing.maps import draw_map, side_by_side
 from rectmerge.drawing.overlay import draw_overlay
 from rectmerge.errors import SimulationError
 from scenarios.pairs.pair import MapPair
+from scenarios.suites.mission_source import MissionSource
 from scenarios.suites.random_missions import random_sources
-from scenarios.suites.suite import MissionSource
 from sim.floorplans import FAMILIES
 from sim.slam.pose_sources import PoseSource
 

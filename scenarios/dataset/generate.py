@@ -18,7 +18,7 @@ from scenarios.dataset.writer import DataSetWriter, finished_info
 from scenarios.execution.executors import IN_FLIGHT, WorkerDiedError, completed, describe_machine
 from scenarios.execution.limits import MAKING, Limits
 from scenarios.pairs.pair import PairSource
-from scenarios.suites.suite import Seeds
+from scenarios.suites.spec import Seeds
 
 SCHEMA = "rectmerge.dataset/1"
 SEED_STRIDE = 1_000_000  # seeds of a suite between two seeds of data sets

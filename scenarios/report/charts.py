@@ -1,4 +1,4 @@
-"""The report's charts as SVG: text takes the page's colour, lines differ by colour and marker."""
+"""Charts of the report as SVG: text in the page's colour, lines of different colours and markers."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from scenarios.report.reading import TrackResults
 from scenarios.report.standings import Standing, confident, rate_of, risks
 from scenarios.scoring.row import Row
 
-INK = "#010203"  # stands for the page's text colour, which is put in its place
+INK = "#010203"  # replaced by the page's text colour
 # Okabe and Ito, "Color Universal Design", without black and yellow; a marker of its own for each line beside it
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">")
-MOST_LINES = 8
+MAX_LINES = 8
 BINS = 10
 SIZE, TALL = (5.2, 4.0), (5.2, 5.0)  # inches
 Lines = Mapping[str, list[Row]]
@@ -27,11 +27,11 @@ Lines = Mapping[str, list[Row]]
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """What success is shown against: its name, the edges of its bins, and its value in a row, None where untold."""
+    """Variable of success charts: name, edges of its bins, and its value in a row, None where unknown."""
 
     name: str
     edges: tuple[float, ...]
-    of: Callable[[Row], float | None]
+    value_in: Callable[[Row], float | None]
 
 
 def _ratio(row: Row) -> float | None:
@@ -54,7 +54,7 @@ VARIABLES = (
 
 
 def shown_lines(track_results: TrackResults, standings: Sequence[Standing]) -> Lines:
-    """Choose whose lines are drawn: the best label of each family of labels, the best eight of them.
+    """Choose the lines to draw: the best label of each family of labels, at most the best eight.
 
     The labels ``icp`` and ``icp-tuned`` are of one family.
     """
@@ -62,11 +62,11 @@ def shown_lines(track_results: TrackResults, standings: Sequence[Standing]) -> L
     chosen: dict[str, str] = {}
     for line in standings:
         chosen.setdefault(line.label.removesuffix("-tuned"), line.label)
-    return {label: rows[label] for label in list(chosen.values())[:MOST_LINES]}
+    return {label: rows[label] for label in list(chosen.values())[:MAX_LINES]}
 
 
 def success_charts(lines: Lines) -> list[str]:
-    """Draw the share of required pairs that are right and accepted against each variable that the rows tell."""
+    """Draw the share of required pairs that are right and accepted against each variable of the rows."""
     return [chart for variable in VARIABLES if (chart := _success(lines, variable))]
 
 
@@ -104,7 +104,7 @@ def time_chart(standings: Sequence[Standing]) -> str:
 
 
 def risk_chart(lines: Lines) -> str:
-    """Draw the share of wrong answers among the most confident against how many are kept."""
+    """Draw the share of wrong answers among the most confident against the share that is kept."""
     figure, axes = _axes(
         "coverage: share of all pairs that is kept, most confident first", "risk: share wrong of these"
     )
@@ -132,15 +132,15 @@ def reliability_chart(lines: Lines) -> str:
 
 
 def _success(lines: Lines, variable: Variable) -> str | None:
-    told = {
-        label: [row for row in rows if row["stratum"] != "unrelated" and variable.of(row) is not None]
+    known = {
+        label: [row for row in rows if row["stratum"] != "unrelated" and variable.value_in(row) is not None]
         for label, rows in lines.items()
     }
-    filled = {_bin(variable, row) for rows in told.values() for row in rows} - {None}
+    filled = {_bin(variable, row) for rows in known.values() for row in rows} - {None}
     if len(filled) < 2:
         return None
     figure, axes = _axes(variable.name, "right and accepted, share")
-    for k, (style, (label, rows)) in enumerate(zip(_styles(), told.items(), strict=False)):
+    for k, (style, (label, rows)) in enumerate(zip(_styles(), known.items(), strict=False)):
         at, rates = [], []
         for place in range(len(variable.edges) - 1):
             if held := [row for row in rows if _bin(variable, row) == place]:
@@ -152,7 +152,7 @@ def _success(lines: Lines, variable: Variable) -> str | None:
             np.maximum([rate.high for rate in rates] - values, 0),
         ]
         axes.errorbar(
-            np.array(at) + 0.05 * (k - len(told) / 2), values, yerr=bars, elinewidth=0.6, label=label, **style
+            np.array(at) + 0.05 * (k - len(known) / 2), values, yerr=bars, elinewidth=0.6, label=label, **style
         )
     names = [_named(*ends) for ends in pairwise(variable.edges)]
     places = sorted(place for place in filled if place is not None)
@@ -162,7 +162,7 @@ def _success(lines: Lines, variable: Variable) -> str | None:
 
 
 def _bin(variable: Variable, row: Row) -> int | None:
-    value = variable.of(row)
+    value = variable.value_in(row)
     place = math.nan if value is None else int(np.searchsorted(variable.edges, value, side="right")) - 1
     return int(place) if 0 <= place < len(variable.edges) - 1 else None
 
@@ -176,7 +176,7 @@ def _named(low: float, high: float) -> str:
 def _styles() -> list[dict[str, Any]]:
     return [
         {"color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k], "ms": 4.5, "lw": 1.3, "ls": "-" if k < 6 else "--"}
-        for k in range(MOST_LINES)
+        for k in range(MAX_LINES)
     ]
 
 
@@ -197,10 +197,10 @@ def _axes(across: str, up: str, size: tuple[float, float] = SIZE) -> tuple[Any, 
 
 
 def _svg(figure: Any, axes: Any) -> str:
-    """Write a figure as SVG that stands in a page: no header, ids of no other chart, text in the page's colour."""
+    """Return a figure as SVG for a page: no header, unique ids, text in the page's colour."""
     import matplotlib as mpl
 
-    columns = 3 if len(axes.get_legend_handles_labels()[1]) <= MOST_LINES else 2
+    columns = 3 if len(axes.get_legend_handles_labels()[1]) <= MAX_LINES else 2
     figure.legend(fontsize=7, labelcolor=INK, frameon=False, loc="outside lower center", ncols=columns)
     figure.patch.set_alpha(0)
     written = io.StringIO()

@@ -1,4 +1,4 @@
-"""The gallery: every pair's two maps once, small, and every answer as a matrix by which the browser lays B on A."""
+"""Gallery: small pictures of every pair's maps, and every answer as a matrix by which the browser lays B on A."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ WORST = ("wrong-accepted", "error", "timeout", "out-of-memory", "rejected", "amb
 
 
 def gallery(runs: Runs) -> dict[str, Any]:
-    """Return what the page's script shows, as plain data.
+    """Return the content of the gallery as plain data, for the page's script.
 
     Returns
     -------
     dict
-        ``pairs``: by id, both pictures as data addresses, their sizes, the way from a picture's pixels to the map's,
-        the true matrix or None, and what is known of the pair. ``answers``: worst first, each of a pair, a track and
+        ``pairs``: by id, both pictures as data addresses, their sizes, the transforms from their pixels to the maps',
+        the true matrix or None, and attributes of the pair. ``answers``: worst first, each of a pair, a track and
         a method, with its matrix between the maps' pixels or None.
     """
     shrunk: dict[str, Any] = {}
@@ -33,11 +33,11 @@ def gallery(runs: Runs) -> dict[str, Any]:
                 shrunk.setdefault(row["pair_id"], row)
                 answers.append((_badness(row), _answer(track_results, row)))
     pairs = {pair_id: _pair(runs, row) for pair_id, row in shrunk.items()}
-    return {"pairs": pairs, "answers": [answer for _, answer in sorted(answers, key=lambda one: one[0])]}
+    return {"pairs": pairs, "answers": [answer for _, answer in sorted(answers, key=lambda answer: answer[0])]}
 
 
 def _badness(row: Row) -> tuple[float, ...]:
-    """Sort the worst first: wrong and accepted by its error, then what failed, was missed, and the rest."""
+    """Return a sort key, worst first: wrong and accepted by error, then failed, missed, and the rest."""
     place = WORST.index(row["outcome"]) if row["outcome"] in WORST else len(WORST)
     if row["stratum"] == "unrelated" and row["outcome"] != "wrong-accepted":
         place = len(WORST) + 1
@@ -62,11 +62,11 @@ def _answer(track_results: TrackResults, row: Row) -> dict[str, Any]:
 def _pair(runs: Runs, row: Row) -> dict[str, Any]:
     pair = runs.maps[row["pair_id"]].row().pair()
     info = row["info"] or {}
-    told: Mapping[str, Any] = {"overlap": row["overlap"], **{key: info.get(key) for key in ("family", "noise")}}
+    attributes: Mapping[str, Any] = {"overlap": row["overlap"], **{key: info.get(key) for key in ("family", "noise")}}
     return {
         **draw_pair(pair.a, pair.b, SIDE),
         "truth": None if pair.pixels is None else _rounded(pair.pixels.matrix.ravel()),
-        "about": {key: value for key, value in told.items() if value is not None},
+        "about": {key: value for key, value in attributes.items() if value is not None},
     }
 
 

@@ -1,4 +1,4 @@
-"""Leaderboards as LaTeX tables, for papers; they need the package booktabs."""
+"""Leaderboards as LaTeX tables, which need the package booktabs."""
 
 from __future__ import annotations
 

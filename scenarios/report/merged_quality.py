@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import Any
 
 import cv2
@@ -18,13 +18,13 @@ from rectmerge.similarity import Similarity
 from scenarios.dataset.reader import RowSource
 from scenarios.scoring.row import Row
 
-TRUTH = "the truth"  # the line of maps merged as they truly lie
+TRUTH = "the truth"  # label of maps merged by the true placement
 Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
-class Quality:
-    """How good a merged map is.
+class MergedQuality:
+    """MergedQuality of a merged map.
 
     Parameters
     ----------
@@ -48,27 +48,27 @@ class Quality:
     overlap: float
 
 
-def qualities(rows: Mapping[str, Sequence[Row]], maps: Mapping[str, RowSource]) -> dict[str, list[Quality]]:
+def qualities(rows: Mapping[str, Sequence[Row]], maps: Mapping[str, RowSource]) -> dict[str, list[MergedQuality]]:
     """Measure the accepted answers of each method on pairs of one place whose building is known.
 
-    The first line, `TRUTH`, is of the same pairs merged as they truly lie.
+    The first line, `TRUTH`, is of the same pairs merged by the true placement.
     """
-    found: dict[str, list[Quality]] = {}
-    scenes: dict[str, Scene | None] = {}
+    by_method: dict[str, list[MergedQuality]] = {}
+    scenes: dict[str, MergeScene | None] = {}
     for label, answers in rows.items():
         for row in answers:
             if row["verdict"] != "accepted" or row["stratum"] == "unrelated" or row["pair_id"] not in maps:
                 continue
             if row["pair_id"] not in scenes:
-                scenes[row["pair_id"]] = Scene.from_source(maps[row["pair_id"]])
+                scenes[row["pair_id"]] = MergeScene.from_source(maps[row["pair_id"]])
             if (scene := scenes[row["pair_id"]]) and (candidates := row["candidates"]):
-                found.setdefault(label, []).append(scene.quality(Similarity.from_matrix(candidates[0])))
+                by_method.setdefault(label, []).append(scene.quality(Similarity.from_matrix(candidates[0])))
     truths = [scene.quality(scene.truth) for scene in scenes.values() if scene]
-    return {TRUTH: truths, **found} if truths else {}
+    return {TRUTH: truths, **by_method} if truths else {}
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class MergeScene:
     """A pair, its building, where map A lies in it and where B truly lies on A, between pixels."""
 
     a: OccupancyGrid
@@ -78,8 +78,8 @@ class Scene:
     truth: Similarity
 
     @classmethod
-    def from_source(cls, source: RowSource) -> Scene | None:
-        """Read what the data set holds of a pair; None where it does not hold the building."""
+    def from_source(cls, source: RowSource) -> MergeScene | None:
+        """Read a pair with its building; None where the data set does not hold the building."""
         row = source.row()
         info: Mapping[str, Any] = row.info
         if row.pixels is None or not info.get("world") or not info.get("resolution_a"):
@@ -89,19 +89,19 @@ class Scene:
         a = OccupancyGrid(pair.a.occupancy, float(info["resolution_a"]), tuple(info["origin_a"]))
         return cls(a, pair.b, raster, map_frame_to_pixels(Similarity(), raster, a), row.pixels)
 
-    def quality(self, b_to_a: Similarity) -> Quality:
+    def quality(self, b_to_a: Similarity) -> MergedQuality:
         """Merge the maps on the building's raster and compare."""
         placements = [Similarity(), self.a_to_world, self.a_to_world @ b_to_a]
         layers, _ = resample([self.world, self.a, self.b], placements)
         world, a, b = map(OccupancyGrid, layers)
         occupied, walls = a.occupied | b.occupied, world.occupied
         free = (a.free | b.free) & ~occupied
-        visible = walls & _beside(world.free)
-        precision = _share(occupied, _beside(walls))
-        recall = _share(visible, _beside(occupied))
+        visible = walls & _dilated(world.free)
+        precision = _share(occupied, _dilated(walls))
+        recall = _share(visible, _dilated(occupied))
         both = ~a.unknown & ~b.unknown
         distances = cv2.distanceTransform((~walls).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-        return Quality(
+        return MergedQuality(
             occupied_f1=2 * precision * recall / max(1e-12, precision + recall),
             free_iou=float((free & world.free).sum() / max(1, (free | world.free).sum())),
             wall_distance_m=float(distances[occupied].mean()) * self.world.cell_size if occupied.any() else 0.0,
@@ -110,19 +110,19 @@ class Scene:
         )
 
 
-def as_cells(found: Mapping[str, Sequence[Quality]]) -> list[tuple[str, list[str]]]:
-    """Lay out how many maps each line is of, and their means."""
+def as_cells(by_method: Mapping[str, Sequence[MergedQuality]]) -> list[tuple[str, list[str]]]:
+    """Return the cells of each line: the number of maps, and the mean of each measure."""
     return [
         (
             label,
-            [str(len(each)), *(f"{np.mean([getattr(one, name) for one in each]):.3f}" for name in Quality.__slots__)],
+            [str(len(measured)), *(f"{np.mean(values):.3f}" for values in zip(*map(astuple, measured), strict=True))],
         )
-        for label, each in found.items()
+        for label, measured in by_method.items()
     ]
 
 
-def _beside(mask: Mask) -> Mask:
-    """A mask and all cells beside it."""
+def _dilated(mask: Mask) -> Mask:
+    """Return a mask with all neighbouring cells."""
     return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)), np.bool_)
 
 

@@ -1,4 +1,4 @@
-"""The page itself: one file that holds its style, its script, its charts and its maps."""
+"""Page of finished runs: one file with its style, script, charts and maps."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ def write_report(folders: Sequence[Path], out: Path, *, table: Path | None = Non
     Parameters
     ----------
     folders
-        The runs'.
+        Folders of the runs.
     out
-        The page.
+        File of the page.
     table
-        Where the leaderboards go as LaTeX tables, if anywhere.
+        File for the leaderboards as LaTeX tables, or None.
     force
-        Replace what is there.
+        Replace existing files.
 
     Returns
     -------
     int
-        How many answers the page shows.
+        Number of answers on the page.
 
     Raises
     ------
     InputError
-        If a run cannot be read, or a file is there already and `force` is off.
+        If a run cannot be read, or a file exists and `force` is off.
     """
     for path in (out, table):
         if path is not None and path.exists() and not force:
@@ -55,24 +55,24 @@ def write_report(folders: Sequence[Path], out: Path, *, table: Path | None = Non
 
 
 def html(runs: Runs) -> str:
-    """Return the page of some runs."""
+    """Return the page of runs."""
     require_extras("jinja2", "matplotlib")
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    held = gallery(runs)
+    pair_gallery = gallery(runs)
     return environment.from_string(text_of(TEMPLATE, PACKAGE)).render(
         style=text_of(STYLE, PACKAGE),
         script=text_of("widget.js") + text_of(SCRIPT, PACKAGE),
         tracks=[_section(track_results, runs) for track_results in runs.tracks],
         provenance=runs.provenance,
-        answers=len(held["answers"]),
-        gallery=as_script(held),
+        answers=len(pair_gallery["answers"]),
+        gallery=as_script(pair_gallery),
     )
 
 
 def _section(track_results: TrackResults, runs: Runs) -> dict[str, Any]:
-    """Gather what the page shows of one suite and track."""
+    """Return the content of the section of one suite and track."""
     lines = standings(track_results)
     shown = charts.shown_lines(track_results, lines)
     return {

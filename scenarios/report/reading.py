@@ -1,4 +1,4 @@
-"""Finished runs as the report reads them: rows by suite and track, the records of how they were made, and the maps."""
+"""Finished runs: rows by suite and track, provenance, and maps."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ class TrackResults:
 
     @property
     def name(self) -> str:
-        """What the page calls it."""
+        """Heading on the page."""
         return f"{self.suite}, {self.track}"
 
     def by_method(self) -> dict[str, list[Row]]:
-        """The rows of each label, in the order in which labels first come."""
-        found: dict[str, list[Row]] = {}
+        """Return the rows of each label, in order of first appearance."""
+        by_method: dict[str, list[Row]] = {}
         for row in self.rows:
-            found.setdefault(row["method"], []).append(row)
-        return found
+            by_method.setdefault(row["method"], []).append(row)
+        return by_method
 
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """How a run was made."""
+    """Command, commit and machine of a run."""
 
     command: str
     commit: str
@@ -50,7 +50,7 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True)
 class Runs:
-    """What a report is made of.
+    """Rows, provenance and maps of finished runs.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class Runs:
         Raises
         ------
         InputError
-            If a folder holds no finished run, or two runs tell of the same pair, method and track.
+            If a folder holds no finished run, or two runs hold the same pair, method and track.
         """
         grouped: dict[tuple[str, str], list[Row]] = {}
         provenance, seen = [], set()
@@ -93,17 +93,17 @@ class Runs:
 
 def _provenance(folder: Path) -> Provenance:
     try:
-        made = json.loads((folder / MACHINE).read_text(encoding="utf-8"))
+        record = json.loads((folder / MACHINE).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise InputError(f"{folder / MACHINE}: cannot be read: {error}") from error
-    machine = f"{made['processor']}, {made['cores']} cores, {made['system']}, Python {made['python']}"
-    return Provenance(made["command"], made["commit"] or "unknown", machine)
+    machine = f"{record['processor']}, {record['cores']} cores, {record['system']}, Python {record['python']}"
+    return Provenance(record["command"], record["commit"] or "unknown", machine)
 
 
 def _maps(folder: Path) -> dict[str, RowSource]:
     """Find the pairs of a run's own data set, or of the one that it was run on, if that is still there."""
     record: dict[str, Any] = tomllib.loads((folder / RECORD).read_text(encoding="utf-8"))
-    for place in (folder / DATASET, Path(record.get("dataset", folder / DATASET))):
-        if is_dataset(place):
-            return {one.pair_id: one for one in open_dataset(place) if isinstance(one, RowSource)}
+    for path in (folder / DATASET, Path(record.get("dataset", folder / DATASET))):
+        if is_dataset(path):
+            return {source.pair_id: source for source in open_dataset(path) if isinstance(source, RowSource)}
     return {}

@@ -1,4 +1,4 @@
-"""The leaderboard: what each method reached on one suite and track."""
+"""Leaderboard of one suite and track: counts, errors, calibration and cost of each method."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from scenarios.studies.trust import answered, calibration_error
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Standing:
-    """One method's line.
+    """Line of one method.
 
     Parameters
     ----------
     label
-        The method's.
+        Label of the method.
     right
         Required pairs that are right and accepted, with the interval by place.
     best
@@ -99,7 +99,7 @@ def rate_of(rows: Sequence[Row], outcome: str) -> Rate:
 
 
 def confident(rows: Sequence[Row]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the confidence of answers that tell one, and 1.0 where they are right, most confident first."""
+    """Return the confidence of answers that have one, and 1.0 where they are right, most confident first."""
     confidence, right = answered([row for row in rows if row["confidence"] is not None])
     order = np.argsort(-confidence, kind="stable")
     return confidence[order], right[order]
@@ -119,7 +119,7 @@ def risks(confidence: NDArray[np.float64], right: NDArray[np.float64]) -> NDArra
 
 
 def as_cells(line: Standing) -> Mapping[str, tuple[str, Any]]:
-    """Lay a line out: by heading, the text and the number that it is sorted by, None where there is nothing."""
+    """Return the cells of a line by heading: the text, and the number to sort by or None."""
     return {
         "right and accepted": (str(line.right), line.right.value),
         "best right": (str(line.best), line.best),

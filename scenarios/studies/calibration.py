@@ -1,4 +1,4 @@
-"""Fitting the plausibility of placements: which of a pair's candidates is right, or none of them.
+"""Calibration of the confidence: a model of the probability that a candidate is right, fitted to rows.
 
 The model is a conditional logit: of all candidates and of "none", each is right with a probability in proportion to its
 odds, "none" having odds of one. A candidate's odds are the exponential of a weighted sum of terms
@@ -29,16 +29,16 @@ ALIKE = ("hospital",)  # families of rooms that are alike: their wrong placement
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Answers:
-    """Candidates of P pairs, up to K each, as the fit sees them.
+class GradedCandidates:
+    """Candidates of P pairs, up to K each, with their terms and grades.
 
     Parameters
     ----------
     terms
         Shape (P, K, len(RIGID_TERMS)).
     is_there, is_right
-        Shape (P, K): what is a candidate at all, and what is a right one. A nearly right candidate is left out: it
-        says nothing against what a right one is like.
+        Shape (P, K): entries that hold a candidate, and right candidates. A nearly right candidate is left out: it
+        is no example of a wrong one.
     is_bent
         Shape (P,): pairs whose truth itself leaves more than `BENT_FROM` of A's extent.
     """
@@ -48,37 +48,37 @@ class Answers:
     is_right: NDArray[np.bool_]
     is_bent: NDArray[np.bool_]
 
-    def without_bent(self) -> Answers:
-        """Leave the right candidates of bent pairs out; what is left of these is all wrong."""
+    def without_bent(self) -> GradedCandidates:
+        """Return the candidates without the right ones of bent pairs, whose others are all wrong."""
         is_kept = ~(self.is_right & self.is_bent[:, None])
         return replace(self, is_there=self.is_there & is_kept, is_right=self.is_right & is_kept)
 
     @classmethod
-    def from_rows(cls, rows: Sequence[Row]) -> Answers:
+    def from_rows(cls, rows: Sequence[Row]) -> GradedCandidates:
         """Read the candidates of the rows of a run.
 
         Raises
         ------
         InputError
-            If the rows tell no evidence.
+            If no row has evidence.
         """
-        told = [(row, evidence) for row in rows if (evidence := row.get("evidence"))]
-        if not told:
-            raise InputError("the rows tell no evidence: run the method robust, with --set robust.candidates=20")
-        most = max(len(evidence) for _, evidence in told)
-        terms = np.zeros((len(told), most, len(model.RIGID_TERMS)))
-        is_there, is_right = np.zeros((2, len(told), most), np.bool_)
-        for i, (row, found) in enumerate(told):
-            terms[i, : len(found)] = terms_of(found)
-            grades = row["grades"] or ["off"] * len(found)
-            is_there[i, : len(found)] = [g != "coarse" for g in grades]
-            is_right[i, : len(found)] = [g in RIGHT for g in grades]
-        is_bent = np.array([(row["residual_px"] or 0.0) > BENT_FROM * (row["extent_px"] or 1.0) for row, _ in told])
+        records = [(row, evidence) for row in rows if (evidence := row.get("evidence"))]
+        if not records:
+            raise InputError("the rows hold no evidence: run the method robust, with --set robust.candidates=20")
+        most = max(len(evidence) for _, evidence in records)
+        terms = np.zeros((len(records), most, len(model.RIGID_TERMS)))
+        is_there, is_right = np.zeros((2, len(records), most), np.bool_)
+        for i, (row, evidence) in enumerate(records):
+            terms[i, : len(evidence)] = terms_of(evidence)
+            grades = row["grades"] or ["off"] * len(evidence)
+            is_there[i, : len(evidence)] = [grade != "coarse" for grade in grades]
+            is_right[i, : len(evidence)] = [grade in RIGHT for grade in grades]
+        is_bent = np.array([(row["residual_px"] or 0.0) > BENT_FROM * (row["extent_px"] or 1.0) for row, _ in records])
         return cls(terms, is_there, is_right, is_bent)
 
 
 def report(rows: Sequence[Row]) -> str:
-    """Fit the rows of the split train and lay out the numbers, and how well they fit.
+    """Fit the weights to the rows of the split train, and return them and their losses as text.
 
     Raises
     ------
@@ -86,17 +86,17 @@ def report(rows: Sequence[Row]) -> str:
         If there are no such rows with evidence.
     """
     info = [row["info"] or {} for row in rows]
-    told = [
+    training = [
         row
-        for row, of in zip(rows, info, strict=True)
-        if of.get("split") == "train" and of.get("family") not in ALIKE and row["candidates"]
+        for row, about in zip(rows, info, strict=True)
+        if about.get("split") == "train" and about.get("family") not in ALIKE and row["candidates"]
     ]
-    answers = Answers.from_rows(told)
-    weights = fit(answers)
-    found = int(answers.is_right.any(axis=1).sum())
-    rigid = answers.without_bent()
+    graded = GradedCandidates.from_rows(training)
+    weights = fit(graded)
+    with_right = int(graded.is_right.any(axis=1).sum())
+    rigid = graded.without_bent()
     lines = (
-        f"# {len(told)} pairs, {found} of them with a right candidate",
+        f"# {len(training)} pairs, {with_right} of them with a right candidate",
         f"RIGID = np.array([{', '.join(f'{weight:.2f}' for weight in weights)}])",
         f"# {loss(rigid, weights):.4f} nats a pair; the numbers in use {loss(rigid, model.RIGID):.4f}",
     )
@@ -104,55 +104,57 @@ def report(rows: Sequence[Row]) -> str:
 
 
 def terms_of(evidence: Sequence[dict[str, float]]) -> NDArray[np.float64]:
-    """Lay out the terms of a pair's candidates, shape (K, len(RIGID_TERMS))."""
-    columns = {field.name: np.array([each[field.name] for each in evidence]) for field in fields(WallAgreement)}
+    """Return the terms of a pair's candidates, shape (K, len(RIGID_TERMS))."""
+    columns = {
+        field.name: np.array([candidate[field.name] for candidate in evidence]) for field in fields(WallAgreement)
+    }
     return model.rigid_terms(WallAgreement(**columns))
 
 
-def fit(answers: Answers) -> NDArray[np.float64]:
+def fit(graded: GradedCandidates) -> NDArray[np.float64]:
     """Fit the weights of the model of rigid maps, shape (len(RIGID_TERMS),).
 
-    Of pairs of bent maps it has to say of what is wrong that it is.
+    Right candidates of bent pairs take no part in the fit; their wrong candidates do.
     """
-    spread = answers.terms[answers.is_there].std(axis=0)
-    spread[spread < 1e-9] = 1.0  # the constant, for one
-    weights: NDArray[np.float64] = _climbed(replace(answers, terms=answers.terms / spread).without_bent()) / spread
+    spread = graded.terms[graded.is_there].std(axis=0)
+    spread[spread < 1e-9] = 1.0  # such as the constant
+    weights: NDArray[np.float64] = _maximise(replace(graded, terms=graded.terms / spread).without_bent()) / spread
     return weights
 
 
-def _climbed(answers: Answers) -> NDArray[np.float64]:
-    """Find the weights at which the penalised likelihood is highest, none against its sign."""
+def _maximise(graded: GradedCandidates) -> NDArray[np.float64]:
+    """Maximise the penalised likelihood, each weight of its sign or zero."""
     shrunk = np.array([0.0, *np.ones(len(model.RIGID_TERMS) - 1)])
     weights, mean, square = np.zeros((3, len(model.RIGID_TERMS)))
     for step in range(1, STEPS + 1):
-        slope = _slope(answers, weights) + 2 * PENALTY * weights * shrunk
-        mean, square = 0.9 * mean + 0.1 * slope, 0.999 * square + 0.001 * slope**2
+        gradient = _gradient(graded, weights) + 2 * PENALTY * weights * shrunk
+        mean, square = 0.9 * mean + 0.1 * gradient, 0.999 * square + 0.001 * gradient**2
         weights = weights - RATE * (mean / (1 - 0.9**step)) / (np.sqrt(square / (1 - 0.999**step)) + 1e-9)
         weights = np.where(weights * SIGNS < 0, 0.0, weights)
     return weights
 
 
-def loss(answers: Answers, weights: NDArray[np.float64]) -> float:
-    """Mean negative log-likelihood of what is right, nats a pair."""
-    shares = _shares(answers.terms @ weights, answers.is_there)
-    right = (shares * answers.is_right).sum(axis=1)
-    told = np.where(answers.is_right.any(axis=1), right, 1 - shares.sum(axis=1))
-    return float(-np.log(np.maximum(told, 1e-12)).mean())
+def loss(graded: GradedCandidates, weights: NDArray[np.float64]) -> float:
+    """Return the mean negative log-likelihood of the right candidates, nats per pair."""
+    posterior = _posterior(graded.terms @ weights, graded.is_there)
+    right = (posterior * graded.is_right).sum(axis=1)
+    likelihood = np.where(graded.is_right.any(axis=1), right, 1 - posterior.sum(axis=1))
+    return float(-np.log(np.maximum(likelihood, 1e-12)).mean())
 
 
-def _shares(odds: NDArray[np.float64], is_there: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Turn log-odds, shape (P, K), into shares of all candidates and of none."""
+def _posterior(odds: NDArray[np.float64], is_there: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return the probability of each candidate, shape (P, K), from log-odds against "none"."""
     odds = np.where(is_there, odds, -np.inf)
     top = np.maximum(odds.max(axis=1, keepdims=True), 0.0)
     raised = np.exp(odds - top)
-    shares: NDArray[np.float64] = raised / (raised.sum(axis=1, keepdims=True) + np.exp(-top))
-    return shares
+    posterior: NDArray[np.float64] = raised / (raised.sum(axis=1, keepdims=True) + np.exp(-top))
+    return posterior
 
 
-def _slope(answers: Answers, weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Slope of the mean negative log-likelihood in the weights of one model, shape (len(RIGID_TERMS),)."""
-    shares = _shares(answers.terms @ weights, answers.is_there)
-    right = shares * answers.is_right
+def _gradient(graded: GradedCandidates, weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the gradient of the mean negative log-likelihood in the weights, shape (len(RIGID_TERMS),)."""
+    posterior = _posterior(graded.terms @ weights, graded.is_there)
+    right = posterior * graded.is_right
     wanted = right / np.maximum(right.sum(axis=1, keepdims=True), 1e-300)
-    slope: NDArray[np.float64] = np.einsum("pk,pkt->t", shares - wanted, answers.terms) / len(answers.terms)
-    return slope
+    gradient: NDArray[np.float64] = np.einsum("pk,pkt->t", posterior - wanted, graded.terms) / len(graded.terms)
+    return gradient

@@ -23,23 +23,26 @@ from sim.world import World
 CELL_M, SCREEN_M = 0.1, 0.2  # cells, and those in which turns that are no quarter turns are screened
 DRAWN_FINER = 2  # the building is drawn in cells so much finer: no wall falls between their centres
 RIM_M = 0.5  # around a map's image
-AWAY_M, STEP_DEG = 1.0, 5  # what is so far from the truth is another placement
+AWAY_M, STEP_DEG = 1.0, 5  # distance from the truth of another placement
 LEAST_MARGIN = 0.25
 MARGIN_DIGITS = 3  # more depend on the machine
-SURE_TURNS, MOST_TURNS = (0, 90, 180, 270), 4  # scored in fine cells: always, and so many of the others, the best
+QUARTER_TURNS, MAX_OTHER_TURNS = (
+    (0, 90, 180, 270),
+    4,
+)  # scored in fine cells: all, and the best others
 OPEN_CELLS = 2  # floor with no wall so near contradicts a wall
 Image = NDArray[np.float32]
 
 
 def identifiable_margin(log: MissionLog, pair: MapPair) -> float:
-    """Measure by how much the truth of a pair beats every other placement.
+    """Return the margin by which the true placement of a pair beats every other one.
 
     Parameters
     ----------
     log
         The mission as the pair was made from it, cut where that was.
     pair
-        A related pair; its `info` tells where the maps lie in the world.
+        A related pair; its `info` holds the positions of the maps in the world.
 
     Returns
     -------
@@ -72,11 +75,11 @@ def identifiable_margin(log: MissionLog, pair: MapPair) -> float:
     )
     if not (len(a.walls) and len(b.walls)):
         return -1.0
-    others = [turn for turn in range(0, 360, STEP_DEG) if turn not in SURE_TURNS]
+    others = [turn for turn in range(0, 360, STEP_DEG) if turn not in QUARTER_TURNS]
     screened = {turn: float(scores.max()) for turn, scores, _ in _correlations(a, b, others, SCREEN_M)}
-    promising = sorted(others, key=lambda turn: -screened[turn])[:MOST_TURNS]
+    promising = sorted(others, key=lambda turn: -screened[turn])[:MAX_OTHER_TURNS]
     truth, elsewhere = 0.0, 0.0
-    for turn, scores, at in _correlations(a, b, (*SURE_TURNS, *promising), CELL_M):
+    for turn, scores, at in _correlations(a, b, (*QUARTER_TURNS, *promising), CELL_M):
         if turn == 0:
             is_true = _within(scores.shape, at, AWAY_M / CELL_M)
             truth = float(scores[is_true].max())
@@ -110,21 +113,21 @@ class _Building:
         soft = cv2.GaussianBlur(solid.astype(np.float32), (5, 5), 0)
         uphill = [np.asarray(cv2.Sobel(soft, cv2.CV_32F, *axis), np.float32) for axis in ((1, 0), (0, 1))]
         facing = -np.stack(uphill, axis=-1) / np.maximum(np.hypot(*uphill), 1e-6)[..., None]
-        beside = _grown(solid, np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8))
-        near = _grown(solid, np.ones((2 * OPEN_CELLS + 1, 2 * OPEN_CELLS + 1), np.uint8))
+        beside = _dilated(solid, np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8))
+        near = _dilated(solid, np.ones((2 * OPEN_CELLS + 1, 2 * OPEN_CELLS + 1), np.uint8))
         return cls(beside & floor, floor & ~near, facing.astype(np.float32))
 
 
 @dataclass(frozen=True, slots=True)
 class _Window:
-    """Part of the world in the image of a map: its lower-left corner and yaw, and its sides, metres."""
+    """Part of the world in a map's image: lower-left corner and yaw, and sides, metres."""
 
     origin: tuple[float, float, float]
     sides: tuple[float, float]
 
     @classmethod
     def from_pair(cls, pair: MapPair, name: str) -> _Window | None:
-        """Find it for a map that may have been cut to a size; None for one that shows all that was seen."""
+        """Return the window of a map that may have been cut to a size; None for a map of all that was seen."""
         if pair.info[f"turn_{name}"] != "image":
             return None
         height, width = (pair.a if name == "a" else pair.b).shape
@@ -132,14 +135,14 @@ class _Window:
         return cls(tuple(pair.info[f"origin_{name}"]), (width * cell_m, height * cell_m))
 
     def holds(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell which points (N, 2) of the world lie in it, or so near that only noise or wrong poses left them out."""
+        """Return which points (N, 2) of the world lie in the window or its rim, shape (N,)."""
         at = _turned(points - self.origin[:2], -self.origin[2])
         return np.asarray(((at >= -RIM_M) & (at <= np.array(self.sides) + RIM_M)).all(axis=1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _SeenCells:
-    """Cells seen by one robot: wall cells (N, 2) and their normals (N, 2), and open floor (M, 2); metres."""
+    """Surfaces that one robot saw: wall cells (N, 2), their normals (N, 2), and open floor (M, 2); metres."""
 
     walls: NDArray[np.float64]
     facing: NDArray[np.float64]
@@ -152,21 +155,21 @@ class _SeenCells:
         )
 
     def images(self, cell_m: float) -> tuple[Image, NDArray[np.int64]]:
-        """Draw directions (x and y), walls and open floor, shape (4, h, w), and tell the first cell (x, y)."""
-        cells = np.floor(np.concatenate([self.walls, self.floor]) / cell_m).astype(np.int64)
-        first = cells.min(axis=0)
-        width, height = cells.max(axis=0) - first + 1
-        flat = (cells - first) @ [1, width]
+        """Draw normals (x and y), walls and open floor, shape (4, h, w), and return the first cell (x, y)."""
+        all_cells = np.floor(np.concatenate([self.walls, self.floor]) / cell_m).astype(np.int64)
+        first = all_cells.min(axis=0)
+        width, height = all_cells.max(axis=0) - first + 1
+        flat = (all_cells - first) @ [1, width]
         walls, floor = flat[: len(self.walls)], flat[len(self.walls) :]
         weights = ((walls, self.facing[:, 0]), (walls, self.facing[:, 1]), (walls, None), (floor, None))
-        images = np.stack([np.bincount(at, of, minlength=width * height) for at, of in weights])
+        images = np.stack([np.bincount(cells, weight, minlength=width * height) for cells, weight in weights])
         per_cell = cell_m / CELL_M  # a line of walls has so many in a cell
         scaled = images / np.array([per_cell, per_cell, per_cell, per_cell**2])[:, None]
         return scaled.reshape(4, height, width).astype(np.float32), first
 
 
 def _seen(building: _Building, robot: RobotLog, lidar: Lidar, window: _Window | None) -> _SeenCells:
-    """Say what of a building a robot's beams show, by its true poses, within a window if there is one."""
+    """Return the surfaces of a building that a robot's beams show, by its true poses, within a window if any."""
     ranges = lidar.limit(robot.ranges)
     grid = build_map(robot.poses, lidar.angles, ranges, resolution=CELL_M, max_range_m=lidar.max_range_m)
     rows, cols = np.nonzero(~grid.unknown[::-1])
@@ -184,12 +187,12 @@ def _seen(building: _Building, robot: RobotLog, lidar: Lidar, window: _Window | 
 def _correlations(
     a: _SeenCells, b: _SeenCells, turns_deg: Iterable[int], cell_m: float
 ) -> Iterator[tuple[int, Image, NDArray[np.int64]]]:
-    """Score all shifts of B on A, turn by turn: the turn, the scores by shift (y, x), and where no shift (x, y) is."""
+    """Yield the scores of all shifts of B on A: a turn, scores by shift (y, x), and the cell (x, y) of no shift."""
     drawn_b = {turn: b.turned(turn).images(cell_m) for turn in turns_deg}
     drawn_a, first_a = a.images(cell_m)
     reach = np.max([images.shape[1:] for images, _ in drawn_b.values()], axis=0)
     shape = [cv2.getOptimalDFTSize(int(side)) for side in reach + drawn_a.shape[1:]]
-    for facing in drawn_a[:2]:  # what meets within a cell meets
+    for facing in drawn_a[:2]:  # within a cell counts as a match
         facing[:] = cv2.boxFilter(facing, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT) / 3
     spectra_a = _spectra(drawn_a, shape)
     for turn, (images, first_b) in drawn_b.items():
@@ -212,7 +215,7 @@ def _spectra(images: Image, shape: list[int]) -> list[Image]:
 
 
 def _within(shape: tuple[int, ...], at: NDArray[np.int64], radius: float) -> NDArray[np.bool_]:
-    """Tell which cells of a torus are nearer than a radius to a cell (x, y), shape (h, w)."""
+    """Return which cells of a torus are nearer than a radius to a cell (x, y), shape (h, w)."""
     y, x = (np.abs(np.arange(n) - k % n) for n, k in zip(shape, at[::-1], strict=True))
     away = np.hypot(np.minimum(y, shape[0] - y)[:, None], np.minimum(x, shape[1] - x)[None])
     near: NDArray[np.bool_] = away < radius
@@ -220,15 +223,15 @@ def _within(shape: tuple[int, ...], at: NDArray[np.int64], radius: float) -> NDA
 
 
 def _pooled(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Join finer cells: true where any is."""
+    """Return coarser cells, true where any finer one is."""
     height, width = (-(-side // DRAWN_FINER) for side in mask.shape)
     full = np.zeros((height * DRAWN_FINER, width * DRAWN_FINER), np.bool_)
     full[: mask.shape[0], : mask.shape[1]] = mask
     return np.asarray(full.reshape(height, DRAWN_FINER, width, DRAWN_FINER).any(axis=(1, 3)))
 
 
-def _grown(mask: NDArray[np.bool_], by: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    return np.asarray(cv2.dilate(mask.view(np.uint8), by)).astype(np.bool_)
+def _dilated(mask: NDArray[np.bool_], kernel: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    return np.asarray(cv2.dilate(mask.view(np.uint8), kernel)).astype(np.bool_)
 
 
 def _turned(points: NDArray[np.float64], angle: float) -> NDArray[np.float64]:

@@ -20,21 +20,21 @@ from sim.floorplans import make_world
 from sim.missions.mission import run_mission
 from sim.missions.mission_log import MissionLog, cut_to_overlap
 
-OVERLAP_WITHIN = 0.05  # of a wanted overlap
-CUTS = 4  # of a log, at the most, until its finished maps have the wanted overlap
-BUILDINGS = 6  # at the most, until one has every pair that is wanted
+OVERLAP_TOLERANCE = 0.05  # of a wanted overlap
+MAX_CUTS = 4  # of a log, for maps of the wanted overlap
+MAX_BUILDINGS = 6  # attempts at every wanted pair
 
 
 @dataclass(frozen=True, slots=True)
 class MissionSource:
-    """One mission to run and the pairs made from it: a `PairSource`, picklable and cheap until asked.
+    """One mission to run and its pairs: a `PairSource`, picklable and cheap until `pairs` is called.
 
     Parameters
     ----------
     suite, scenario, seed
-        What is wanted.
+        Suite's name, scenario and seed of the mission.
     building
-        Which try it is: each is made of seeds of its own, which no other mission has.
+        Number of the attempt; each has seeds of its own.
     """
 
     suite: str
@@ -50,23 +50,23 @@ class MissionSource:
     @property
     def pair_ids(self) -> tuple[str, ...]:
         """One id per variant and noise level."""
-        return tuple(self._pair_id(variant, noise) for variant, noise in self._ways())
+        return tuple(self._pair_id(variant, noise) for variant, noise in self._variants())
 
     def is_related(self, pair_id: str) -> bool:
-        """Say what the scenario asks for, of every pair alike."""
+        """Return whether the scenario asks for related maps, the same for every pair."""
         return self.scenario.kind not in UNRELATED
 
     def mission(self) -> MissionLog:
-        """Make the building and run the mission; of unrelated maps, put A of one beside B of another."""
+        """Make the building and run the mission; of unrelated maps, join A of one mission with B of another."""
         if self.scenario.kind in UNRELATED:
             return unrelated_log(self.scenario, self._seed)
         world = make_world(self.scenario.world, self._seed("world"))
         return run_mission(world, self.scenario.mission, self._seed("mission"))
 
     def mission_pairs(self) -> MissionPairs:
-        """Run the mission and make its pairs, and do so anew in another building where one of them is not to be had.
+        """Run the mission and make its pairs, again in another building where a pair fails.
 
-        Of six buildings at the most the first counts that gives every pair, or else the first of those that give most.
+        The first of at most six buildings that gives every pair counts, else the first of those that give most.
 
         Raises
         ------
@@ -75,20 +75,20 @@ class MissionSource:
         """
         best: MissionPairs | None = None
         discarded: tuple[str, ...] = ()
-        for building in range(BUILDINGS):
-            there = replace(self, building=building)
+        for building in range(MAX_BUILDINGS):
+            attempt = replace(self, building=building)
             try:
-                log = there.mission()
+                log = attempt.mission()
             except SimulationError as error:
                 discarded += (str(error),)
                 continue
-            found = there.mission_pairs_from(replace(log, discarded=discarded + log.discarded))
-            if not found.failed:
-                return found
-            discarded = found.log.discarded + tuple(found.failed.values())
-            best = max((one for one in (best, found) if one), key=lambda one: len(one.pairs))
+            mission = attempt.mission_pairs_from(replace(log, discarded=discarded + log.discarded))
+            if not mission.failed:
+                return mission
+            discarded = mission.log.discarded + tuple(mission.failed.values())
+            best = max((pairs for pairs in (best, mission) if pairs), key=lambda pairs: len(pairs.pairs))
         if best is None:
-            raise SimulationError(f"no mission in {BUILDINGS} buildings, the last: {discarded[-1]}")
+            raise SimulationError(f"no mission in {MAX_BUILDINGS} buildings, the last: {discarded[-1]}")
         return replace(best, log=replace(best.log, discarded=discarded))
 
     def mission_pairs_from(self, log: MissionLog) -> MissionPairs:
@@ -101,10 +101,10 @@ class MissionSource:
         pairs: list[MapPair] = []
         failed: dict[str, str] = {}
         inputs: dict[str, PairInputs] = {}
-        for variant, noise in self._ways():
+        for variant, noise in self._variants():
             try:
                 cut, pair = self._pair(log, variant, noise)
-                pairs.append(self._told(cut, pair, variant))
+                pairs.append(self._described(cut, pair, variant))
                 if self.scenario.kind != "mirrored":
                     spec_a, spec_b = self._specs(variant)
                     inputs[pair.pair_id] = PairInputs(log=cut, spec_a=spec_a, spec_b=spec_b)
@@ -113,20 +113,20 @@ class MissionSource:
         return MissionPairs(log=log, pairs=tuple(pairs), failed=failed, inputs=inputs)
 
     def pairs_of(self, log: MissionLog) -> Iterator[MapPair]:
-        """Give the pairs of a mission that has been run.
+        """Yield the pairs of a mission that has been run.
 
         Raises
         ------
         SimulationError
-            After all others, if some pair cannot be had; the message says why.
+            After all others, if a pair fails; the message has the reason.
         """
-        return _given(self.mission_pairs_from(log))
+        return _yield_pairs(self.mission_pairs_from(log))
 
     def pairs(self) -> Iterator[MapPair]:
-        """Run the mission and give its pairs, as `explored` finds them; raises as `pairs_of` does."""
-        return _given(self.mission_pairs())
+        """Run the mission and yield its pairs, as `mission_pairs` finds them; raises as `pairs_of` does."""
+        return _yield_pairs(self.mission_pairs())
 
-    def _ways(self) -> Iterator[tuple[Variant | None, int]]:
+    def _variants(self) -> Iterator[tuple[Variant | None, int]]:
         for variant in self.scenario.variants or (None,):
             for noise in self.scenario.noise:
                 yield variant, noise
@@ -140,15 +140,15 @@ class MissionSource:
         if variant is not None and variant.overlap is not None:
             wanted = variant.overlap
         if self.scenario.kind in UNRELATED or wanted is None:
-            return log, self._as_it_should_be(self._made(log, variant, noise))
+            return log, self._require_related(self._make(log, variant, noise))
         if wanted != self.scenario.mission.overlap:
             log = cut_to_overlap(log.whole or log, wanted)
-        pair = self._made(log, variant, noise)
+        pair = self._make(log, variant, noise)
         if log.whole is None:
-            return log, self._as_it_should_be(pair)
+            return log, self._require_related(pair)
         return self._recut(log, wanted, pair, variant, noise)
 
-    def _as_it_should_be(self, pair: MapPair) -> MapPair:
+    def _require_related(self, pair: MapPair) -> MapPair:
         if self.scenario.kind not in UNRELATED and not pair.related:
             raise SimulationError("the maps show too few surfaces in common for a truth, wanted was a related pair")
         return pair
@@ -157,13 +157,13 @@ class MissionSource:
         self, log: MissionLog, wanted: float, pair: MapPair, variant: Variant | None, noise: int
     ) -> tuple[MissionLog, MapPair]:
         aim, whole = wanted, log.whole or log
-        for _ in range(CUTS):
+        for _ in range(MAX_CUTS):
             if _is_met(pair, wanted):
                 return log, pair
             aim = min(1.0, max(0.1, aim + wanted - (pair.overlap or 0.0)))
             try:
                 log = cut_to_overlap(whole, aim)
-                pair = self._made(log, variant, noise)
+                pair = self._make(log, variant, noise)
             except SimulationError:  # the logs hold no such cut
                 break
         shown = "too little in common" if pair.overlap is None else f"an overlap of {pair.overlap:.2f}"
@@ -174,7 +174,7 @@ class MissionSource:
     def _specs(self, variant: Variant | None) -> tuple[MapSpec, MapSpec]:
         return (self.scenario.a, self.scenario.b) if variant is None else (variant.a, variant.b)
 
-    def _made(self, log: MissionLog, variant: Variant | None, noise: int) -> MapPair:
+    def _make(self, log: MissionLog, variant: Variant | None, noise: int) -> MapPair:
         make: Callable[..., MapPair] = make_pair
         if self.scenario.kind in UNRELATED:
             make = functools.partial(make_unrelated_pair, is_mirrored=self.scenario.kind == "mirrored")
@@ -188,11 +188,11 @@ class MissionSource:
             place=f"{self.suite}/{self.source_id}",
         )
 
-    def _told(self, log: MissionLog, pair: MapPair, variant: Variant | None) -> MapPair:
-        """Say in a pair's info what it is of, and whether its truth can be told from other placements."""
-        said: list[str] = [self.scenario.kind] if self.scenario.kind in UNRELATED else []
-        said += [variant.name] if variant else []
-        more: dict[str, Any] = {"variant": "-".join(said)} if said else {}
+    def _described(self, log: MissionLog, pair: MapPair, variant: Variant | None) -> MapPair:
+        """Add the variant, the split and the identifiability to a pair's info."""
+        names: list[str] = [self.scenario.kind] if self.scenario.kind in UNRELATED else []
+        names += [variant.name] if variant else []
+        more: dict[str, Any] = {"variant": "-".join(names)} if names else {}
         if pair.related:
             margin = identifiable_margin(log, pair)
             more |= {"identifiable_margin": margin, "identifiable": margin >= LEAST_MARGIN}
@@ -211,11 +211,11 @@ class MissionSource:
         return int(further.generate_state(1, np.uint64)[0]) >> 12
 
 
-def _given(explored: MissionPairs) -> Iterator[MapPair]:
-    yield from explored.pairs
-    if explored.failed:
-        raise SimulationError("; ".join(f"{pair_id}: {why}" for pair_id, why in explored.failed.items()))
+def _yield_pairs(mission: MissionPairs) -> Iterator[MapPair]:
+    yield from mission.pairs
+    if mission.failed:
+        raise SimulationError("; ".join(f"{pair_id}: {reason}" for pair_id, reason in mission.failed.items()))
 
 
 def _is_met(pair: MapPair, wanted: float) -> bool:
-    return pair.overlap is not None and abs(pair.overlap - wanted) <= OVERLAP_WITHIN
+    return pair.overlap is not None and abs(pair.overlap - wanted) <= OVERLAP_TOLERANCE

@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 
 from scenarios.pairs.map_view import MapSpec
-from scenarios.suites.suite import MissionSource, Scenario, Seeds
+from scenarios.suites.mission_source import MissionSource
+from scenarios.suites.spec import Scenario, Seeds
 from sim.floorplans import FAMILIES
 from sim.missions.spec import MissionSpec, RobotSpec
 from sim.sensors.lidar import LIDARS
 from sim.slam.pose_sources import PoseSource, Slam
 
 SUITE = "worlds"
-HAND_HELD = 0.35  # share of pairs as a depth sensor carried by hand makes them: bent, stretched, with fat walls
-MOST_BEAMS = 720  # of a scanner that has more, every second or later one is kept
+HAND_HELD = 0.35  # share of pairs like those of a hand-held depth sensor: bent, stretched, with thick walls
+MAX_BEAMS = 720  # of a scanner with more, every k-th is kept
 
 
 def random_sources(count: int, *, seed: int = 0, poses: tuple[PoseSource, ...] = ("slam",)) -> list[MissionSource]:
@@ -25,9 +26,9 @@ def random_sources(count: int, *, seed: int = 0, poses: tuple[PoseSource, ...] =
     Parameters
     ----------
     count
-        How many.
+        Number of missions.
     seed
-        The same seed, the same missions; a smaller count gives the first of them.
+        Same seed, same missions; a smaller count gives the first of them.
     poses
         The pose sources to go through; both robots of a mission use the same.
     """
@@ -60,7 +61,7 @@ def _draw(k: int, seed: int, poses: PoseSource) -> MissionSource:
 
 def _robot(rng: np.random.Generator) -> RobotSpec:
     lidar = LIDARS[str(rng.choice(list(LIDARS)))]
-    step = -(-lidar.beams // MOST_BEAMS)
+    step = -(-lidar.beams // MAX_BEAMS)
     slots: dict[str, Any] = {name: getattr(lidar, name) for name in lidar.__slots__}
     return RobotSpec(
         lidar=type(lidar)(**{**slots, "beams": lidar.beams // step}),

@@ -20,37 +20,37 @@ import numpy as np
 from rectmerge.errors import InputError
 
 RANGE, CHOICES = {"from", "to", "log"}, ("any_of", "in_turn")
-Choose = Callable[[str, Mapping[str, Any]], Any]  # the path of a draw, and its table
+Choose = Callable[[str, Mapping[str, Any]], Any]  # path and table of a random value
 
 
 def is_random(value: object) -> bool:
-    """Say whether a value of a suite stands for one that is drawn."""
+    """Return whether a value of a suite is a random one."""
     return isinstance(value, Mapping) and bool(value.keys() & {"from", "to", *CHOICES})
 
 
 def has_random_values(value: object) -> bool:
-    """Say whether a table leaves anything open."""
+    """Return whether a table holds random values."""
     parts = value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ()
     return is_random(value) or any(has_random_values(part) for part in parts)
 
 
 def sample_values(value: Any, *, name: str, seed: int, first: int = 0) -> Any:
-    """Draw everything that a table leaves open.
+    """Draw all random values of a table.
 
     Parameters
     ----------
     value
-        A table as it was read, with draws anywhere in it.
+        A table as it was read.
     name
-        Whose table it is. Every key draws from a stream of its own, which name, key and seed settle: changing one draw
-        changes no other.
+        Name of the table's owner. Name, key and seed determine the random stream of a value, so that a change of one
+        value changes no other.
     seed, first
-        The seed, and the first there is, at which `in_turn` begins.
+        The seed, and the scenario's first, at which `in_turn` begins.
 
     Raises
     ------
     InputError
-        If a draw is not one of the forms; the message begins with its path.
+        If a random value has none of the forms; the message begins with its path.
     """
 
     def choose(path: str, draw: Mapping[str, Any]) -> Any:
@@ -65,7 +65,7 @@ def sample_values(value: Any, *, name: str, seed: int, first: int = 0) -> Any:
 
 
 def extreme_values(value: Any) -> Iterator[Any]:
-    """Go through what a table can become at its ends: every lowest value, every highest, and all the choices."""
+    """Yield the extreme cases of a table: all lowest values, all highest, and every choice."""
     widest = 0
 
     def choose(path: str, draw: Mapping[str, Any]) -> Any:
@@ -94,7 +94,7 @@ def _between(draw: Mapping[str, Any], share: float) -> float | int:
 
 
 def _filled(value: Any, path: str, choose: Choose) -> Any:
-    """Put what is chosen where draws stand; what is chosen may hold draws itself."""
+    """Replace random values by chosen ones, which may hold random values themselves."""
     if is_random(value):
         _check(value, path)
         return _filled(choose(path, value), path, choose)
@@ -106,12 +106,12 @@ def _filled(value: Any, path: str, choose: Choose) -> Any:
 
 
 def _check(draw: Mapping[str, Any], path: str) -> None:
-    """Refuse a draw that is not one of the forms."""
+    """Refuse a random value of none of the forms."""
     for form in CHOICES:
         if form in draw:
             _refuse_others(draw, {form}, path)
             if not isinstance(draw[form], list) or not draw[form]:
-                raise InputError(f"{path}.{form}: must list what there is to choose from, got {draw[form]!r}")
+                raise InputError(f"{path}.{form}: must list the choices, got {draw[form]!r}")
             return
     _refuse_others(draw, RANGE, path)
     for end in ("from", "to"):

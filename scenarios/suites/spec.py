@@ -12,9 +12,9 @@ from sim.floorplans import Hall, Office, WorldSpec
 from sim.missions.spec import MissionSpec
 
 Split = Literal["train", "test"]
-Kind = Literal["related", "other-building", "no-shared-room", "other-floor", "mirrored", "blank-halls"]
+PairKind = Literal["related", "other-building", "no-shared-room", "other-floor", "mirrored", "blank-halls"]
 MOST_SEEDS = 1_000_000
-UNRELATED: tuple[str, ...] = get_args(Kind)[1:]
+UNRELATED: tuple[str, ...] = get_args(PairKind)[1:]
 OF_TWO_BUILDINGS = ("other-building", "blank-halls")
 OTHER_SIZE = 1.1  # an edge of one blank hall is at least this times as long as the other's
 
@@ -39,11 +39,11 @@ class Variant:
     Parameters
     ----------
     name
-        What its pairs are called by; they keep it in `info`.
+        Its name in ids of pairs and in their `info`.
     overlap
         Wanted overlap of the finished maps, 0.1 to 1, for which the logs are cut; None: the mission's.
     a, b
-        How the maps are made. In a suite, what is not said here is the scenario's.
+        How the maps are made; a suite takes missing keys from the scenario.
     """
 
     name: str
@@ -59,17 +59,17 @@ class Variant:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """One kind of pair: a kind of building, how it is explored, how the two maps are made, and at which noise.
+    """A building, a mission, two maps and noise levels that make one kind of pair.
 
     Every seed is a building and a mission of its own, and yields one pair per variant and noise level. So splits,
-    which are said by the scenario, never share a building.
+    which belong to the scenario, never share a building.
 
     Parameters
     ----------
     name
-        Settles, with the seed, everything that is random.
+        Determines, with the seed, everything that is random.
     seeds
-        Which missions there are.
+        One mission each.
     split
         Whether the pairs are for choosing constants, "train", or for reporting, "test".
     kind
@@ -77,13 +77,13 @@ class Scenario:
     noise
         Different noise levels, 0 to 3.
     world, mission
-        What is explored, and how.
+        The building, and how the robots explore it.
     other
-        The building of map B, for the kinds that need another; `world` once more unless given.
+        The building of map B, for kinds of two buildings; None is `world`.
     a, b
         How the maps are made.
     variants
-        Several ways to make the maps of every mission; none: just `a` and `b`.
+        Several ways to make the maps of every mission; empty for `a` and `b` alone.
 
     Raises
     ------
@@ -94,7 +94,7 @@ class Scenario:
     name: str
     seeds: Seeds = field(default_factory=Seeds)
     split: Split = "test"
-    kind: Kind = "related"
+    kind: PairKind = "related"
     noise: tuple[int, ...] = (0,)
     world: WorldSpec = field(default_factory=Office)
     mission: MissionSpec = field(default_factory=MissionSpec)
@@ -117,7 +117,7 @@ class Scenario:
             raise InputError("other: is for pairs of two buildings")
 
     def _check_unrelated(self) -> None:
-        """Refuse wishes that no unrelated pair can have."""
+        """Refuse values that no unrelated pair can have."""
         if any(variant.overlap is not None for variant in self.variants):
             raise InputError("variants: unrelated maps have no overlap to want")
         if self.kind == "no-shared-room" and self.mission.overlap is not None:

@@ -15,16 +15,7 @@ from scenarios.suites.random_values import extreme_values, has_random_values, is
 from scenarios.suites.spec import Scenario, Seeds
 from scenarios.suites.toml_tables import structure
 
-__all__ = [
-    "ContenderSpec",
-    "MissionSource",
-    "Scenario",
-    "ScenarioTemplate",
-    "Seeds",
-    "Suite",
-    "load_suite",
-    "suite_names",
-]
+__all__ = ["ContenderSpec", "ScenarioTemplate", "Suite", "load_suite", "suite_names"]
 
 SUITES = Path(__file__).parent
 LEAST_RATIO = 0.1  # cells of A per cell of B
@@ -32,7 +23,7 @@ LEAST_RATIO = 0.1  # cells of A per cell of B
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContenderSpec:
-    """Entry of a method in a suite: its label in tables, its registered name and its fields."""
+    """A contender as a suite declares it: its label, the name of its method, and fields to set."""
 
     label: str
     method: str
@@ -41,18 +32,18 @@ class ContenderSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScenarioTemplate:
-    """A scenario as a suite has it, with what it leaves open: `scenarios.suites.random_values` says how.
+    """A scenario with values left open, in the forms of `scenarios.suites.random_values`.
 
     Parameters
     ----------
     name, seeds
         The scenario's.
     table
-        What the suite says of it.
+        Its table in the suite.
     at
         Its path in the file.
     is_fixed
-        Whether it leaves nothing open: all seeds share one scenario.
+        Whether no value is left open, so that all seeds share one scenario.
     """
 
     name: str
@@ -62,7 +53,7 @@ class ScenarioTemplate:
     is_fixed: bool
 
     def by_seed(self) -> dict[int, Scenario]:
-        """Settle what the table leaves open, for every seed.
+        """Return the scenario of every seed.
 
         Raises
         ------
@@ -79,17 +70,17 @@ class ScenarioTemplate:
         return table
 
     def check(self) -> None:
-        """Refuse what no seed could settle: a bad range, and a lowest, highest or other choice that is not allowed."""
+        """Refuse ranges of a wrong form, and values that no scenario allows: the ends of ranges, and all choices."""
         try:
             for table in extreme_values(self.table):
                 self._settled(table, self.seeds)
-        except ScenarioError:  # whose path is whole
+        except ScenarioError:  # its path is complete
             raise
         except InputError as error:
             raise ScenarioError(f"{self.at}.{error}") from error
 
     def _settled(self, table: Mapping[str, Any], seeds: Seeds) -> Scenario:
-        """Make the scenario of a table without draws, where variants say only what is different."""
+        """Make the scenario of a table without open values, each variant laid over the scenario's own maps."""
         whole, variants = _with_ratio(table, self.at), table.get("variants", ())
         if isinstance(variants, list) and all(isinstance(variant, dict) for variant in variants):
             maps = {key: table[key] for key in ("a", "b", "ratio") if key in table}
@@ -102,7 +93,7 @@ class ScenarioTemplate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Suite:
-    """What a suite file says; `name` is the file's."""
+    """Scenarios and contenders of a suite file, whose name it has."""
 
     name: str
     title: str
@@ -112,7 +103,7 @@ class Suite:
 
     @property
     def scenarios(self) -> tuple[Scenario, ...]:
-        """Every scenario with all of its seeds, or one per seed where it leaves something open.
+        """Every scenario with all of its seeds, or one per seed where it leaves values open.
 
         Raises
         ------
@@ -124,7 +115,7 @@ class Suite:
         )
 
     def sources(self) -> list[MissionSource]:
-        """Return one source of pairs per mission: each scenario's seeds in order; refuses what `scenarios` does."""
+        """Return one source of pairs per mission: each scenario's seeds in order; raises as `scenarios` does."""
         return [
             MissionSource(self.name, scenario, seed)
             for template in self.templates
@@ -132,7 +123,7 @@ class Suite:
         ]
 
     def _settled(self, template: ScenarioTemplate) -> dict[int, Scenario]:
-        """The scenario of each seed."""
+        """Return the scenario of each seed."""
         try:
             return template.by_seed()
         except ScenarioError as error:
@@ -176,12 +167,12 @@ def load_suite(name_or_path: str | Path) -> Suite:
 
 
 def _in_file(error: ScenarioError, file: str) -> ScenarioError:
-    """Name the file in every complaint."""
+    """Name the file in every line of an error."""
     return ScenarioError("; ".join(f"{file}: {line}" for line in str(error).splitlines()))
 
 
 def _suite(data: dict[str, Any], name: str) -> Suite:
-    """Make a suite of its file's content; each scenario is laid over the table `base`."""
+    """Make a suite from its file's content, each scenario laid over the table `base`."""
     base, tables = data.pop("base", {}), data.pop("scenarios", [])
     if unknown := sorted(data.keys() & {"name", "templates"}):
         raise ScenarioError(f"unknown key {unknown[0]!r}")
@@ -206,12 +197,12 @@ def _template(base: dict[str, Any], table: Any, at: str) -> ScenarioTemplate:
     name = structure(whole.get("name", ""), str, f"{at}.name")
     seeds = structure(whole.get("seeds", {}), Seeds, f"{at}.seeds")
     if whole.get("kind") == "other-building" and "other" not in whole:
-        whole["other"] = whole.get("world", {})  # its open values are drawn separately
+        whole["other"] = whole.get("world", {})  # its open values are drawn apart from the world's
     return ScenarioTemplate(name=name, seeds=seeds, table=whole, at=at, is_fixed=not has_random_values(whole))
 
 
 def _with_ratio(table: Mapping[str, Any], at: str) -> dict[str, Any]:
-    """Turn the wish for a ratio, cells of A per cell of B, into B's resolution."""
+    """Replace the key `ratio`, cells of A per cell of B, by B's resolution."""
     whole = dict(table)
     if "ratio" not in whole:
         return whole
@@ -220,7 +211,7 @@ def _with_ratio(table: Mapping[str, Any], at: str) -> dict[str, Any]:
     if not LEAST_RATIO <= ratio <= 1 / LEAST_RATIO:
         raise ScenarioError(f"{at}.ratio: must be {LEAST_RATIO} to {1 / LEAST_RATIO:g}, got {ratio}")
     if not isinstance(a, dict) or not isinstance(b, dict):
-        return whole  # which is refused as it is
+        return whole  # refused later
     if "resolution" in b:
         raise ScenarioError(f"{at}.b.resolution: excludes ratio, which sets it")
     resolution = structure(a.get("resolution", MapSpec().resolution), float, f"{at}.a.resolution")
@@ -228,7 +219,7 @@ def _with_ratio(table: Mapping[str, Any], at: str) -> dict[str, Any]:
 
 
 def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Lay a table over another, key by key; a draw is one value."""
+    """Lay a table over another, key by key; an open value is replaced whole."""
     both = dict(base)
     for key, value in over.items():
         under = base.get(key)

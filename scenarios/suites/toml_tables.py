@@ -18,7 +18,7 @@ T = TypeVar("T")
 
 
 def structure(data: Any, kind: type[T], at: str = "") -> T:
-    """Make a dataclass of a table.
+    """Make a dataclass from a table.
 
     Parameters
     ----------
@@ -32,30 +32,30 @@ def structure(data: Any, kind: type[T], at: str = "") -> T:
     Raises
     ------
     ScenarioError
-        If a key or value is not allowed; one line per complaint, each beginning with the key's path.
+        If a key or value is not allowed; one line per error, each beginning with the key's path.
     """
     try:
         return _converter().structure(data, kind)
     except (cattrs.BaseValidationError, InputError, TypeError, AttributeError) as error:
-        lines = _complaints(error, f"{at}: " if at else "")
+        lines = _error_lines(error, f"{at}: " if at else "")
         raise ScenarioError("\n".join(dict.fromkeys(lines))) from error
 
 
-def _complaints(error: BaseException, at: str) -> list[str]:
-    """Flatten cattrs' tree of errors into lines ``path: complaint``."""
+def _error_lines(error: BaseException, at: str) -> list[str]:
+    """Flatten cattrs' tree of errors into lines ``path: message``."""
     if isinstance(error, cattrs.ForbiddenExtraKeysError):
         return [f"{at}unknown key {key!r}" for key in sorted(error.extra_fields)]
     if isinstance(error, BaseExceptionGroup):
-        return [line for child in error.exceptions for line in _complaints(child, _path(at, child))]
+        return [line for child in error.exceptions for line in _error_lines(child, _path(at, child))]
     if isinstance(error, KeyError):
         return [f"{at}missing"]
-    if isinstance(error, TypeError | AttributeError):  # how cattrs meets a number where a table or a list should be
+    if isinstance(error, TypeError | AttributeError):  # raised by cattrs for a number in place of a table or a list
         return [f"{at}must be a table or a list of the documented form"]
     return [f"{at}{error}"]
 
 
 def _path(at: str, error: BaseException) -> str:
-    """Add the step to a child, which cattrs leaves in its notes."""
+    """Add the step to a child error, as cattrs notes it, to a path."""
     base = at.removesuffix(": ")
     for note in getattr(error, "__notes__", ()):
         if isinstance(note, cattrs.IterableValidationNote):
@@ -67,7 +67,7 @@ def _path(at: str, error: BaseException) -> str:
 
 @functools.cache
 def _converter() -> cattrs.Converter:
-    """A converter that takes no text for a number and no unknown key; made once, for it compiles what it does."""
+    """Return the converter, which refuses text for numbers and unknown keys; made once, since it compiles its hooks."""
     converter = cattrs.Converter(forbid_extra_keys=True)
     converter.register_structure_hook(int, lambda value, _: _exactly(value, int, "a whole number"))
     converter.register_structure_hook(float, lambda value, _: float(_exactly(value, (int, float), "a number")))
@@ -82,7 +82,7 @@ def _converter() -> cattrs.Converter:
 
 
 def _scanner(value: Any, read: Callable[[dict[str, Any]], Lidar]) -> Lidar:
-    """A scanner by the name of its profile, or a table, whose `profile` stands for the fields it leaves out."""
+    """Read a scanner: the name of a profile, or a table whose `profile` gives the missing fields."""
     if isinstance(value, str):
         return lidar_named(value)
     if "profile" not in value:
@@ -91,7 +91,7 @@ def _scanner(value: Any, read: Callable[[dict[str, Any]], Lidar]) -> Lidar:
 
 
 def _world(data: dict[str, Any], converter: cattrs.Converter) -> WorldSpec:
-    """Read a building's knobs; the key `family` says which there are."""
+    """Read a building's parameters; the key `family` names its class."""
     family = data.get("family", Office.family)
     if family not in tuple(FAMILIES):
         raise InputError(f"family must be one of {', '.join(FAMILIES)}, got {family!r}")

@@ -15,7 +15,7 @@ from rectmerge.similarity import Similarity
 from scenarios.dataset.generate import generate
 from scenarios.pairs.pair import MapPair
 from scenarios.pairs.truth import control_point_rmse
-from scenarios.suites.suite import Seeds
+from scenarios.suites.spec import Seeds
 
 SHIFT = (7, 4)  # of map B's window in the building
 

@@ -17,7 +17,8 @@ from scenarios.dataset.reader import open_dataset
 from scenarios.dataset.verify import verify
 from scenarios.dataset.writer import DataSetWriter
 from scenarios.execution.executors import local_workers, workplace
-from scenarios.suites.suite import Seeds, load_suite
+from scenarios.suites.spec import Seeds
+from scenarios.suites.suite import load_suite
 from tests.scenarios.tiny_suite import TinySuite
 
 SUITE = TinySuite()

@@ -9,7 +9,7 @@ from rectmerge.similarity import Similarity
 from scenarios.bench.contenders import Contender
 from scenarios.dataset.generate import generate
 from scenarios.dataset.reader import open_dataset
-from scenarios.suites.suite import Seeds
+from scenarios.suites.spec import Seeds
 from tests.scenarios.known_answers import run_pairs
 from tests.scenarios.tiny_suite import SHIFT, TinySuite
 

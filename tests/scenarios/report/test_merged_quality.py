@@ -2,15 +2,15 @@ import pytest
 
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
-from scenarios.report.merged_quality import Quality, Scene, as_cells
+from scenarios.report.merged_quality import MergedQuality, MergeScene, as_cells
 from tests import drawing
 
 PLAN = drawing.building()
-SCENE = Scene(PLAN, PLAN, OccupancyGrid(PLAN.occupancy, 0.05), Similarity(), Similarity())
+SCENE = MergeScene(PLAN, PLAN, OccupancyGrid(PLAN.occupancy, 0.05), Similarity(), Similarity())
 
 
 def test_maps_that_are_the_building_are_perfect():
-    assert SCENE.quality(Similarity()) == Quality(1.0, 1.0, 0.0, 1.0, 1.0)
+    assert SCENE.quality(Similarity()) == MergedQuality(1.0, 1.0, 0.0, 1.0, 1.0)
 
 
 def test_a_map_laid_aside_is_worse_in_everything():
@@ -26,14 +26,14 @@ def test_a_map_laid_aside_is_worse_in_everything():
 def test_walls_that_no_map_shows_count_as_missed():
     half = OccupancyGrid(PLAN.occupancy[:, :80])
 
-    found = Scene(half, half, SCENE.world, Similarity(), Similarity()).quality(Similarity())
+    quality = MergeScene(half, half, SCENE.world, Similarity(), Similarity()).quality(Similarity())
 
-    assert found.omega == 1.0
-    assert found.occupied_f1 == pytest.approx(2 * 0.5 / 1.5, abs=0.1)
-    assert found.free_iou == pytest.approx(0.5, abs=0.1)
+    assert quality.omega == 1.0
+    assert quality.occupied_f1 == pytest.approx(2 * 0.5 / 1.5, abs=0.1)
+    assert quality.free_iou == pytest.approx(0.5, abs=0.1)
 
 
 def test_a_line_tells_how_many_maps_it_is_of_and_their_means():
-    assert as_cells({"some": [Quality(1.0, 0.8, 0.0, 1.0, 0.5), Quality(0.5, 0.6, 0.1, 1.0, 0.5)]}) == [
+    assert as_cells({"some": [MergedQuality(1.0, 0.8, 0.0, 1.0, 0.5), MergedQuality(0.5, 0.6, 0.1, 1.0, 0.5)]}) == [
         ("some", ["2", "0.750", "0.700", "0.050", "1.000", "0.500"])
     ]

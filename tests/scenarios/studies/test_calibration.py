@@ -4,7 +4,7 @@ import pytest
 from rectmerge.errors import InputError
 from rectmerge.robust.confidence_model import RIGID_TERMS, rigid_terms
 from rectmerge.robust.wall_agreement import WallAgreement
-from scenarios.studies.calibration import AGAINST, Answers, fit, loss, report
+from scenarios.studies.calibration import AGAINST, GradedCandidates, fit, loss, report
 
 FIELDS = (
     "judged",
@@ -54,41 +54,41 @@ def rows():
 
 
 def test_the_fit_tells_right_from_wrong(rows):
-    answers = Answers.from_rows(rows)
+    graded = GradedCandidates.from_rows(rows)
 
-    weights = fit(answers)
+    weights = fit(graded)
 
-    assert loss(answers, weights) < 0.7 * loss(answers, np.zeros(len(RIGID_TERMS)))
-    odds = answers.terms @ weights
-    assert np.median(odds[answers.is_right]) > 0 > np.median(odds[answers.is_there & ~answers.is_right])
+    assert loss(graded, weights) < 0.7 * loss(graded, np.zeros(len(RIGID_TERMS)))
+    odds = graded.terms @ weights
+    assert np.median(odds[graded.is_right]) > 0 > np.median(odds[graded.is_there & ~graded.is_right])
 
 
 def test_no_weight_is_against_its_sign(rows):
-    weights = dict(zip(RIGID_TERMS, fit(Answers.from_rows(rows)), strict=True))
+    weights = dict(zip(RIGID_TERMS, fit(GradedCandidates.from_rows(rows)), strict=True))
 
     assert all(weights[name] <= 0 for name in AGAINST)
     assert all(weight >= 0 for name, weight in weights.items() if name not in (*AGAINST, "one"))
 
 
 def test_nearly_right_candidates_are_left_out(rows):
-    answers = Answers.from_rows(rows)
+    graded = GradedCandidates.from_rows(rows)
 
-    assert answers.is_there.sum(axis=1).tolist() == [2] * len(rows)
-    assert answers.is_right.sum() == 80
+    assert graded.is_there.sum(axis=1).tolist() == [2] * len(rows)
+    assert graded.is_right.sum() == 80
 
 
 def test_of_bent_pairs_only_what_is_wrong_is_learnt(rows):
-    bent = Answers.from_rows([{**one, "residual_px": 5.0} for one in rows]).without_bent()
+    bent = GradedCandidates.from_rows([{**one, "residual_px": 5.0} for one in rows]).without_bent()
 
     assert not bent.is_right.any()
     assert bent.is_there.sum() < 2 * len(rows)
 
 
 def test_the_terms_are_those_of_the_method(rows):
-    answers = Answers.from_rows(rows[:1])
+    graded = GradedCandidates.from_rows(rows[:1])
     columns = {name: np.array([one[name] for one in rows[0]["evidence"]]) for name in FIELDS}
 
-    np.testing.assert_array_equal(answers.terms[0], rigid_terms(WallAgreement(**columns)))
+    np.testing.assert_array_equal(graded.terms[0], rigid_terms(WallAgreement(**columns)))
 
 
 def test_the_report_leaves_out_other_splits_and_rooms_that_are_alike(rows):

@@ -5,8 +5,8 @@ import pytest
 
 from scenarios.dataset.contact_sheet import contact_sheet, paletted_png
 from scenarios.execution.executors import completed, local_workers
+from scenarios.suites.mission_source import MissionSource
 from scenarios.suites.random_missions import random_sources
-from scenarios.suites.suite import MissionSource
 from sim.floorplans import FAMILIES
 
 

@@ -7,7 +7,7 @@ from itertools import product
 
 import pytest
 
-from scenarios.suites.mission_source import BUILDINGS
+from scenarios.suites.mission_source import MAX_BUILDINGS
 from scenarios.suites.spec import UNRELATED
 from scenarios.suites.suite import load_suite, suite_names
 from sim.floorplans import FAMILIES
@@ -29,7 +29,7 @@ def test_ids_are_unique_and_splits_share_no_building(name):
     sources = load_suite(name).sources()
     splits = {}
     for source in sources:
-        for building, purpose in product(range(BUILDINGS), ("world", *(f"other world {k}" for k in range(40)))):
+        for building, purpose in product(range(MAX_BUILDINGS), ("world", *(f"other world {k}" for k in range(40)))):
             seed = replace(source, building=building)._seed(purpose)
             splits.setdefault(seed, set()).add(source.scenario.split)
 

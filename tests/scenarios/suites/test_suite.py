@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import ScenarioError
-from scenarios.suites.suite import Seeds, load_suite, suite_names
+from scenarios.suites.spec import Seeds
+from scenarios.suites.suite import load_suite, suite_names
 from sim.floorplans import Hospital, Office
 from sim.sensors.lidar import LIDARS, Lidar
 
