@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from rectmerge.errors import InputError, MapFileError, MethodError, RectMergeError
     from rectmerge.grid import OccupancyGrid
     from rectmerge.io.map_file import read_map, write_map
-    from rectmerge.methods import align, make_method
+    from rectmerge.methods import align, check, make_method
     from rectmerge.similarity import Similarity
 
 __version__ = "0.1.0"
@@ -25,6 +25,7 @@ _HOME = {
     "RectMergeError": "errors",
     "Similarity": "similarity",
     "align": "methods",
+    "check": "methods",
     "compose": "composing.compose",
     "make_method": "methods",
     "read_map": "io.map_file",
@@ -40,6 +41,7 @@ __all__ = [
     "RectMergeError",
     "Similarity",
     "align",
+    "check",
     "compose",
     "make_method",
     "read_map",

@@ -114,6 +114,10 @@ class Alignment:
         Unit of A's map frame, "m" or "cells".
     scale
         The pixel scale.
+    method_verdict
+        The method's own verdict, where `verdict` is another's; None where it is the method's.
+    checked
+        The verdict of the judge to whom the answer was put (`rectmerge.judging.confirm`); None where it was not.
     quality
         The accuracy of each map as the method measured it, by map ("a", "b") and by name.
     trace
@@ -129,6 +133,8 @@ class Alignment:
     confidence: float = 0.0
     unit: str = "cells"
     scale: ScaleReport = field(default_factory=ScaleReport)
+    method_verdict: Verdict | None = None
+    checked: Verdict | None = None
     quality: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     trace: Mapping[str, Any] = field(default_factory=dict)
     seconds: float = 0.0
@@ -201,6 +207,8 @@ class Alignment:
         return {
             "schema": SCHEMA,
             "verdict": self.verdict,
+            "method_verdict": self.method_verdict or self.verdict,
+            "checked": self.checked,
             "reason": self.reason,
             "confidence": self.confidence,
             "method": self.method,

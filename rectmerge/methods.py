@@ -141,7 +141,7 @@ def align(
 def check(
     a: OccupancyGrid,
     b: OccupancyGrid,
-    pixels: Similarity,
+    placement: Similarity | Alignment,
     *,
     method: str | Method = DEFAULT_METHOD,
     scale: Scale = "auto",
@@ -153,8 +153,8 @@ def check(
     ----------
     a, b
         The two maps.
-    pixels
-        The placement, from B's pixels to A's.
+    placement
+        From B's pixels to A's; or an answer, whose best candidate is judged.
     method, scale, seed
         As in `align`: what the other placements are found by. The placement itself may lie outside the scale's bounds,
         but not by a factor of ten.
@@ -167,8 +167,11 @@ def check(
     Raises
     ------
     InputError
-        If the method or the scale cannot be used, or the method judges no placement.
+        If the method or the scale cannot be used, the method judges no placement, or the answer has no candidate.
     """
+    if isinstance(placement, Alignment) and not placement.candidates:
+        raise InputError(f"the answer has no candidate to judge: {placement.verdict}, {placement.reason}")
+    pixels = placement.candidates[0].pixels if isinstance(placement, Alignment) else placement
     if not (1 / MOST_SCALE <= pixels.scale <= MOST_SCALE and max(abs(pixels.tx), abs(pixels.ty)) <= FARTHEST_CELLS):
         raise InputError(f"a placement has a scale of 1/{MOST_SCALE:g} to {MOST_SCALE:g} and lies near A, got {pixels}")
     lo, hi = _search_bounds(scale, _expected_scale(a, b))[0]
@@ -181,8 +184,13 @@ def check(
     return _answer(_hinted(solver, ByHand(pixels)), a, b, scale, seed)
 
 
+def judges_itself(method: Method) -> bool:
+    """Return True if a method judges placements, its own and those of others."""
+    return hasattr(method, "align_by")
+
+
 def _hinted(solver: Method, hint: Hint) -> Method:
-    if not hasattr(solver, "align_by"):
+    if not judges_itself(solver):
         raise InputError(f"method {solver.name!r} takes neither a guess nor a placement; {DEFAULT_METHOD!r} does")
     return _Hinted(cast("TakesHints", solver), hint)
 

@@ -114,6 +114,8 @@ def merge(
     Where the answer is no, people can help: by a guess to search near, by choosing one of the candidates, or by placing
     B by hand in the page of `rectmerge view` and pasting its numbers back. What is placed by hand or chosen is merged,
     and the reason says what the walls make of it.
+
+    Whatever the method, no map is written against the verdict of `rectmerge check` on its answer, unless --unchecked.
     """
     from rectmerge.cli.map_options import input_files, read_maps
     from rectmerge.composing.rules import SHADING

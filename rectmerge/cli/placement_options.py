@@ -32,6 +32,13 @@ Earlier = Annotated[
     Path | None, typer.Option("--from", metavar="ALIGNMENT.json", help="Place B as an earlier merge did.")
 ]
 
+Unchecked = Annotated[
+    bool,
+    typer.Option(
+        "--unchecked", metavar="", help="Act on the method's own verdict, without the check of `rectmerge check`."
+    ),
+]
+
 
 @dataclass(frozen=True, kw_only=True)
 class PlacementOptions:
@@ -47,6 +54,8 @@ class PlacementOptions:
         Placement from B's pixels to A's.
     earlier
         An ``alignment.json`` or its folder: B is placed as there, between the map frames.
+    unchecked
+        Act on the method's own verdict; else its answer is put to the judge (`rectmerge.judging.confirm`).
 
     Raises
     ------
@@ -58,6 +67,7 @@ class PlacementOptions:
     candidate: CandidateNumber = None
     pixels: PixelsText = None
     earlier: Earlier = None
+    unchecked: Unchecked = False
 
     def __post_init__(self) -> None:
         options = {"--guess": self.guess, "--pixels": self.pixels, "--from": self.earlier}
@@ -79,12 +89,15 @@ class PlacementOptions:
         InputError
             If the earlier merge cannot be read or used, there is no such candidate, or the method takes no hint.
         """
+        from rectmerge.judging import confirm
         from rectmerge.methods import align, check
 
         if self.pixels is None and self.earlier is None:
             guess = None if self.guess is None else parse_guess(self.guess)
             alignment = align(a, b, method=method, scale=scale, seed=seed, guess=guess)
-            return alignment if self.candidate is None else alignment.with_candidate(self.candidate)
+            if self.candidate is not None:
+                return alignment.with_candidate(self.candidate)
+            return alignment if self.unchecked else confirm(a, b, alignment, method=method, scale=scale, seed=seed)
         pixels, source = self._given_placement(a, b)
         judged = check(a, b, pixels, method=method, scale=scale, seed=seed)
         return judged.with_placement(pixels, a, b, source=source)

@@ -12,8 +12,9 @@ from typing import cast
 import cv2
 import numpy as np
 
-from rectmerge.alignment import Alignment, Method
+from rectmerge.alignment import Alignment, Method, Verdict
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
+from rectmerge.judging import confirm
 from rectmerge.methods import Scale, align
 from scenarios.bench.contenders import Contender
 from scenarios.bench.external_program import PROGRAM_PEAK_MB, Program
@@ -24,9 +25,13 @@ from scenarios.pairs.pair import MapPair
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimedAnswer:
-    """A method's answer to one pair, or its failure, with time and memory; None where a number is unknown."""
+    """A method's answer to one pair, or its failure, with time and memory; None where a number is unknown.
+
+    `checked` is the verdict that `merge` would act on: the judge's on what another method accepts, else the method's.
+    """
 
     attempt: Attempt[Alignment]
+    checked: Verdict | None
     wall_s: float | None
     cpu_s: float | None
     peak_mb: float | None
@@ -48,7 +53,7 @@ def ask_within(pair: MapPair, contender: Contender, *, seed: int = 0, limits: Li
         return result.value
     failure: Attempt[Alignment] = Attempt(failure=result.failure, reason=result.reason, log=result.log)
     wall_s = limits.timeout_s if result.failure == "timeout" else None
-    return TimedAnswer(attempt=failure, wall_s=wall_s, cpu_s=None, peak_mb=None)
+    return TimedAnswer(attempt=failure, checked=None, wall_s=wall_s, cpu_s=None, peak_mb=None)
 
 
 def _scale_for(pair: MapPair, contender: Contender) -> Scale:
@@ -65,7 +70,7 @@ def _scale_for(pair: MapPair, contender: Contender) -> Scale:
 
 
 def _timed(a: OccupancyGrid, b: OccupancyGrid, method: Method, seed: int, scale: Scale) -> TimedAnswer:
-    """Align two maps and measure time and peak memory."""
+    """Align two maps, measure time and peak memory, and put the answer to the judge, which is not timed."""
     can_measure = reset_peak_memory()
     wall, cpu = time.perf_counter(), _cpu_s()
     result = attempt(lambda: align(a, b, method=method, scale=scale, seed=seed))
@@ -75,7 +80,10 @@ def _timed(a: OccupancyGrid, b: OccupancyGrid, method: Method, seed: int, scale:
         peak_memory_mb() if can_measure else None,
     ]
     peak_mb = max((peak for peak in peaks if peak), default=None)
-    return TimedAnswer(attempt=result, wall_s=wall, cpu_s=cpu, peak_mb=peak_mb)
+    if result.value is None:
+        return TimedAnswer(attempt=result, checked=None, wall_s=wall, cpu_s=cpu, peak_mb=peak_mb)
+    checked = confirm(a, b, result.value, method=method, scale=scale, seed=seed)
+    return TimedAnswer(attempt=result, checked=checked.verdict, wall_s=wall, cpu_s=cpu, peak_mb=peak_mb)
 
 
 def _cpu_s() -> float:

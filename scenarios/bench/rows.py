@@ -42,6 +42,7 @@ def score_answer(pair: MapPair, contender: Contender, answer: TimedAnswer) -> Ro
         errors = [measure_errors(pixels, pair) for pixels in candidates] if extent else []
         grades = [grade(e, residual or 0.0) for e in errors]
         row["outcome"] = outcome_of(alignment.verdict, grades, stratum)
+        row["checked_outcome"] = outcome_of(answer.checked or alignment.verdict, grades, stratum)
         row["verdict"], row["reason"] = alignment.verdict, alignment.reason
         row["confidence"] = alignment.confidence
         row["candidates"] = [pixels.tolist() for pixels in candidates]

@@ -24,7 +24,8 @@ class Advance(Protocol):
 LEGEND = """
 right: accepted and right, k (rate, 95 % interval by place). wrong: accepted
 though wrong; of unrelated pairs, false merges. unsure: ambiguous, with / without
-the truth among the first five. no: rejected. fail: error, timeout, out of memory.
+the truth among the first five. no: rejected. checked: right / wrong where the
+judge of `rectmerge check` has the last word, as `merge` acts. fail: error, timeout, out of memory.
 e: median error in cells of A over all n, a row without candidate counting as
 worst; e right: of those right. bent pairs are in the other strata too, and so are
 identifiable ones, whose truth no other placement comes near in the exact building,
@@ -92,12 +93,12 @@ def summary_table(summary: Mapping[str, Any]) -> str:
     for method, strata in summary["methods"].items():
         rows.append([method])
         rows += [[f"  {name}", *_cells(name, part)] for name, part in strata.items()]
-    heads = ["", "n", "right", "wrong", "unsure", "no", "fail", "e", "e right", "s"]
+    heads = ["", "n", "right", "wrong", "unsure", "no", "checked", "fail", "e", "e right", "s"]
     return f"{table(heads, rows)}\n{LEGEND}"
 
 
 def _cells(stratum: str, part: Mapping[str, Any]) -> list[str]:
-    outcomes, right = part["outcomes"], part["right_accepted"]
+    outcomes, right, checked = part["outcomes"], part["right_accepted"], part["checked_outcomes"]
     rate = f"{100 * right['rate']:.0f} %, {100 * right['low']:.0f}-{100 * right['high']:.0f}"
     failed = sum(outcomes.get(name, 0) for name in ("error", "timeout", "out-of-memory"))
     return [
@@ -106,6 +107,7 @@ def _cells(stratum: str, part: Mapping[str, Any]) -> list[str]:
         str(outcomes.get("wrong-accepted", 0)),
         f"{outcomes.get('ambiguous-with-truth', 0)} / {outcomes.get('ambiguous-without-truth', 0)}",
         str(outcomes.get("rejected", 0)),
+        f"{checked.get('right-accepted', 0)} / {checked.get('wrong-accepted', 0)}",
         str(failed),
         *("-" if part[key] is None else f"{part[key]:.2f}" for key in ("median_e_px", "median_e_px_right")),
         "-" if part["median_wall_s"] is None else f"{part['median_wall_s']:.2f}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -32,6 +33,9 @@ class Standing:
         Pairs of one place that are accepted though wrong.
     merged
         Pairs of two places that are accepted, with the interval by place.
+    checked_right, checked_wrong
+        Required pairs that are right and accepted, and pairs that are accepted though wrong or of two places, where the
+        judge of `rectmerge check` has the last word.
     ambiguous, failed
         Of all pairs.
     aurc
@@ -52,6 +56,8 @@ class Standing:
     best: int
     wrong: int
     merged: Rate
+    checked_right: int
+    checked_wrong: int
     ambiguous: int
     failed: int
     aurc: float | None
@@ -72,6 +78,7 @@ def _standing(label: str, rows: Sequence[Row]) -> Standing:
     required = [row for row in rows if row["stratum"] == "required"]
     unrelated = [row for row in rows if row["stratum"] == "unrelated"]
     counts = count(rows)
+    checked = Counter(row.get("checked_outcome", row["outcome"]) for row in rows if row["stratum"] != "optional")
     confidence, right = confident(rows)
     seconds = [row["seconds"]["cpu"] for row in rows if row["seconds"] and row["seconds"]["cpu"] is not None]
     peaks = [row["peak_mb"] for row in rows if row["peak_mb"]]
@@ -82,6 +89,8 @@ def _standing(label: str, rows: Sequence[Row]) -> Standing:
         best=sum(map(is_right, required)),
         wrong=sum(row["outcome"] == "wrong-accepted" for row in rows if row["stratum"] != "unrelated"),
         merged=rate_of(unrelated, "wrong-accepted"),
+        checked_right=checked["right-accepted"],
+        checked_wrong=checked["wrong-accepted"],
         ambiguous=counts["ambiguous"],
         failed=counts["failed"],
         aurc=float(risks(confidence, right).mean()) if len(right) else None,
@@ -125,6 +134,7 @@ def as_cells(line: Standing) -> Mapping[str, tuple[str, Any]]:
         "best right": (str(line.best), line.best),
         "wrong": (str(line.wrong), line.wrong),
         "false merges": (str(line.merged) if line.merged.n else "-", line.merged.value),
+        "checked: right / wrong": (f"{line.checked_right} / {line.checked_wrong}", line.checked_right),
         "ambiguous": (str(line.ambiguous), line.ambiguous),
         "failed": (str(line.failed), line.failed),
         "AURC": _number(line.aurc, 3),

@@ -33,7 +33,8 @@ class Row(TypedDict):
     overlap: float | None  # the true one
     residual_px: float | None  # of the truth on its control points, in cells of A
     extent_px: float | None  # diagonal of A's known cells
-    outcome: Outcome
+    outcome: Outcome  # by the method's own verdict
+    checked_outcome: Outcome  # by the verdict that `merge` acts on: the judge's on what other methods accept
     verdict: Verdict | None
     confidence: float | None
     candidates: list[list[list[float]]] | None  # 2x3 pixel matrices, B to A, best first
@@ -76,6 +77,7 @@ def empty_row(
         "residual_px": None,
         "extent_px": None,
         "outcome": outcome,
+        "checked_outcome": outcome,
         "verdict": None,
         "confidence": None,
         "candidates": None,

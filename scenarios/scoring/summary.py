@@ -59,6 +59,7 @@ class _Tally:
 
     def __init__(self) -> None:
         self._outcomes: Counter[str] = Counter()
+        self._checked: Counter[str] = Counter()
         self._best: Counter[str] = Counter()
         self._places: dict[str, list[int]] = {}  # rows, right-accepted, wrong-accepted
         self._errors, self._errors_right, self._walls = array("d"), array("d"), array("d")
@@ -68,6 +69,7 @@ class _Tally:
         outcome, best = row["outcome"], row["grades"][0] if row["grades"] else "none"
         right, wrong = outcome == "right-accepted", outcome == "wrong-accepted"
         self._outcomes[outcome] += 1
+        self._checked[row.get("checked_outcome", outcome)] += 1  # rows of earlier versions have none
         self._best[best] += 1
         counts = self._places.setdefault(row["place"], [0, 0, 0])
         counts[:] = [counts[0] + 1, counts[1] + right, counts[2] + wrong]
@@ -89,6 +91,7 @@ class _Tally:
             "n": int(counts.sum()),
             "places": len(counts),
             "outcomes": _sorted(self._outcomes),
+            "checked_outcomes": _sorted(self._checked),
             "right_accepted": rate_of_places(rights, counts).as_dict(),
             "right_accepted_mean_of_places": mean_of_places(rights, counts),
             "wrong_accepted": rate_of_places(wrongs, counts).as_dict(),

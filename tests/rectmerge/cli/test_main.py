@@ -4,6 +4,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -29,12 +30,15 @@ A, B = drawing.DATA / "building_a.yaml", drawing.DATA / "building_b.yaml"
 
 
 class FixedAnswers:
-    """A method that places B where it was drawn, with the verdict it is told."""
+    """A method that judges itself, and places B where it was drawn, with the verdict it is told."""
 
     name = "answers"
 
     def __init__(self, verdict: str, candidates: int = 1) -> None:
         self.verdict, self.candidates = verdict, candidates
+
+    def align_by(self, hint, a: OccupancyGrid, b: OccupancyGrid, **asked) -> Alignment:
+        return self.align(a, b, **asked)
 
     def align(
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
@@ -125,6 +129,31 @@ def test_a_yes_with_much_conflict_asks_for_a_look_at_the_pictures(conflict, is_t
 
     assert ("walls stand double" in describe(yes, [Path("out/overlay.png")])) == is_told
     assert "overlay.png" not in describe(yes)  # nothing was drawn
+
+
+def placed_beside(a, b, **asked) -> Alignment:
+    """Accept the truth shifted by twenty cells."""
+    pixels = Similarity(drawing.B_IN_A.scale, drawing.B_IN_A.angle, drawing.B_IN_A.tx + 20, drawing.B_IN_A.ty)
+    candidate = Candidate.from_pixels(pixels, a, b, confidence=1.0)
+    return Alignment(verdict="accepted", reason="sure", method="beside", candidates=(candidate,), confidence=1.0)
+
+
+def test_a_wrong_yes_of_another_method_writes_no_map_unless_unchecked(tmp_path, monkeypatch, capsys):
+    make = methods.make_method
+    beside = SimpleNamespace(name="beside", align=placed_beside)
+    monkeypatch.setattr(methods, "make_method", lambda name, **fields: beside if name == "beside" else make(name))
+    merge = ("merge", A, B, "--method", "beside", "-o", tmp_path / "out")
+
+    assert rectmerge(*merge) == 1
+    assert names(tmp_path / "out") == {"alignment.json", "overlay_1.png"}
+    record = json.loads((tmp_path / "out" / "alignment.json").read_text())
+    assert (record["verdict"], record["method_verdict"], record["checked"]) == ("rejected", "accepted", "rejected")
+    assert record["candidates"][0]["pixels"][0][2] == pytest.approx(drawing.B_IN_A.tx + 20)
+
+    assert rectmerge(*merge, "--unchecked", "--force") == 0
+    assert names(tmp_path / "out") == YES_FILES
+    record = json.loads((tmp_path / "out" / "alignment.json").read_text())
+    assert (record["verdict"], record["method_verdict"], record["checked"]) == ("accepted", "accepted", None)
 
 
 def test_the_pictures_bear_the_verdict(tmp_path, answer, monkeypatch):
