@@ -41,6 +41,8 @@ class PaperRepaired(Paper):
         Number of best triangles of eq. 12 that are placed and verified by their walls; 1 is off: the least J decides.
     wall_reach_cells
         Distance within which a wall agrees with another.
+    max_walls
+        Number of wall cells of a map that are compared, evenly spaced.
     max_rectangles, ratio_tolerance
         As in `Paper`, with more by default.
 
@@ -60,12 +62,19 @@ class PaperRepaired(Paper):
     median_ratio: bool = True
     hypotheses: int = 50
     wall_reach_cells: float = 2.0
+    max_walls: int = 1500
     max_rectangles: int = 30
     ratio_tolerance: float = 0.01
 
     def __post_init__(self) -> None:
         Paper.__post_init__(self)
-        for field, least in {"max_speck_cells": 0, "side_share": 0, "hypotheses": 1, "wall_reach_cells": 0}.items():
+        for field, least in {
+            "max_speck_cells": 0,
+            "side_share": 0,
+            "hypotheses": 1,
+            "wall_reach_cells": 0,
+            "max_walls": 1,
+        }.items():
             if not getattr(self, field) >= least:
                 raise InputError(f"{field} must be >= {least}, got {getattr(self, field)}")
         if self.orientation not in ("ransac", "projection"):
@@ -107,7 +116,7 @@ class PaperRepaired(Paper):
     def _verified(self, images: Sequence[PlacedImage], matches: Sequence[Match]) -> Match:
         """Return the match under which the walls of both images agree most."""
         upright = [PlacedImage.from_cells(image.cells) for image in images]
-        a, b = (WallImage.from_cells(image.cells) for image in images)
+        a, b = (WallImage.from_cells(image.cells, max_walls=self.max_walls) for image in images)
         agreements = [
             wall_agreement(a, b, overlay(upright, match, match.ratio), reach_cells=self.wall_reach_cells)
             for match in matches

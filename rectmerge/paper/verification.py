@@ -12,8 +12,6 @@ from rectmerge.analysis.dominant_angle import wall_points
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 
-MAX_WALL_CELLS = 1500  # evenly spaced; more change no decision
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WallImage:
@@ -34,12 +32,12 @@ class WallImage:
     is_free: NDArray[np.bool_]
 
     @classmethod
-    def from_cells(cls, cells: NDArray[np.int8]) -> WallImage:
-        """Prepare an image."""
+    def from_cells(cls, cells: NDArray[np.int8], *, max_walls: int) -> WallImage:
+        """Prepare an image, with about `max_walls` evenly spaced wall cells of it."""
         grid = OccupancyGrid(cells)
         walls = wall_points(grid)
         distance = cv2.distanceTransform((~grid.occupied).view(np.uint8), cv2.DIST_L2, 3)
-        return cls(walls[:: -(-len(walls) // MAX_WALL_CELLS) or 1], np.asarray(distance, np.float32), grid.free)
+        return cls(walls[:: -(-len(walls) // max_walls) or 1], np.asarray(distance, np.float32), grid.free)
 
     def agreement_on(self, other: WallImage, pixels: Similarity, reach_cells: float) -> float:
         """Return the share of walls within `reach_cells` of the other's walls, less the share in its open space."""
@@ -57,7 +55,7 @@ def wall_agreement(a: WallImage, b: WallImage, pixels: Similarity, *, reach_cell
 
     Examples
     --------
-    >>> room = WallImage.from_cells(np.pad(np.zeros((8, 9), np.int8), 1, constant_values=100))
+    >>> room = WallImage.from_cells(np.pad(np.zeros((8, 9), np.int8), 1, constant_values=100), max_walls=99)
     >>> wall_agreement(room, room, Similarity(), reach_cells=1)
     2.0
     """
