@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.report.reading import TrackResults
-from scenarios.scoring.row import Row
+from scenarios.scoring.row import Row, checked_outcome
 from scenarios.scoring.statistics import Rate, clustered_rate
 from scenarios.studies.accuracy import count, is_right, median_error_px
 from scenarios.studies.trust import answered, calibration_error
@@ -78,7 +78,7 @@ def _standing(label: str, rows: Sequence[Row]) -> Standing:
     required = [row for row in rows if row["stratum"] == "required"]
     unrelated = [row for row in rows if row["stratum"] == "unrelated"]
     counts = count(rows)
-    checked = Counter(row.get("checked_outcome", row["outcome"]) for row in rows if row["stratum"] != "optional")
+    checked = Counter(checked_outcome(row) for row in rows if row["stratum"] != "optional")
     confidence, right = confident(rows)
     seconds = [row["seconds"]["cpu"] for row in rows if row["seconds"] and row["seconds"]["cpu"] is not None]
     peaks = [row["peak_mb"] for row in rows if row["peak_mb"]]

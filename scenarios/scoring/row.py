@@ -93,6 +93,11 @@ def empty_row(
     }
 
 
+def checked_outcome(row: Row) -> Outcome:
+    """Return the outcome by the verdict that `merge` acts on; of rows of version 0.1, by the method's own."""
+    return row.get("checked_outcome", row["outcome"])
+
+
 def is_best_right(row: Row) -> bool:
     """Return True if the best candidate is right, whatever the verdict; False without truth or candidate."""
     grades = row["grades"]

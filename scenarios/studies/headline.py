@@ -16,7 +16,7 @@ import numpy as np
 from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
 from scenarios.bench.run import read_rows
-from scenarios.scoring.row import Row
+from scenarios.scoring.row import Row, checked_outcome
 from scenarios.scoring.statistics import clustered_rate
 
 SUITES = ("headline", "headline-test")  # seeds 0-49, on which fields were chosen, and 50-99
@@ -158,7 +158,8 @@ MARKS_EXPLAINED = """k of n with the share and its 95 % interval; n counts every
 paper: 0.4349 and 0), and the median residual. *Lambda_f*: where the loop stopped, Lambda and Lambda_f add up to the
 true rotation, to the quarter turn; one in four would by chance. *Ratio*: there, the cumulative ratio is within 3 % of
 1.1875. *Ratio 1*: the loop ended. *Right*: accepted, with an error below 1 % of A's extent, 5 degrees and 5 % of
-scale. *Wrong, accepted*: not right, and not said so. *Time*: median wall time of one merge, maps already read; the
+scale. *Wrong, accepted*: not right, and not said so. *Checked*: the same where the judge of `rectmerge check` has the
+last word, as in `rectmerge merge`. *Time*: median wall time of one merge, maps already read; the
 paper reports about 80 s. The default method `robust` stands beside the paper's for comparison; the other four marks are
 of the paper's loop, which it does not have.
 """
@@ -221,10 +222,15 @@ def _marks_table(rows: Sequence[Row]) -> str:
             *(of_the_loop if method in PAPERS else ["-"] * len(of_the_loop)),
             rate(*(mark.right for mark in marks)),
             rate(*(row["outcome"] == "wrong-accepted" for row in group)),
+            rate(*(checked_outcome(row) == "right-accepted" for row in group)),
+            rate(*(checked_outcome(row) == "wrong-accepted" for row in group)),
             f"{np.median(seconds):.2f} s" if seconds else "-",
         )
         lines.append(cells)
-    heads = ("method", "noise", "Algorithm 3", "Lambda_f", "ratio", "ratio 1", "right", "wrong, accepted", "time")
+    heads = (
+        *("method", "noise", "Algorithm 3", "Lambda_f", "ratio", "ratio 1", "right", "wrong, accepted"),
+        *("right, checked", "wrong, checked", "time"),
+    )
     return markdown(heads, lines)
 
 

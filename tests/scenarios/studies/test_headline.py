@@ -104,7 +104,7 @@ def test_the_report_counts_every_row_and_prints_the_trace_of_seed_0(tmp_path):
 
     text = (tmp_path / "results/README.md").read_text()
     (clean,) = (line for line in text.splitlines() if line.startswith("| paper | 0 | 2 of 3"))
-    assert clean.count(" of 3") == 6
+    assert clean.count(" of 3") == 8
     assert "1 in 1" in text
     assert "| paper | 0 | 1 in 1 | 2 of 3 | 1 |" in text
     assert "| 1 | 63.0000 | 45.0000 | 180 | {r1, r3, r13} | {r2, r3, r19} | 68.0174 | 1.0040 | 1.1875 |" in text
