@@ -8,7 +8,7 @@ from sim.motion.driving import drivable, nearest_drivable
 from sim.world import World
 from tests.sim.floorplans.buildings import plain, usual
 
-MANY = [(family, seed) for family in FAMILIES for seed in range(1, 12)]
+MANY = [(family, seed) for family in FAMILIES for seed in range(1, 6)]
 
 
 def require_reachable(world: World) -> None:
@@ -55,7 +55,7 @@ def test_many_more_buildings_are_reachable_and_sealed(family, seed):
     "knobs",
     [
         {"door_m": (0.8, 0.8), "wall_m": (0.4, 0.4)},
-        {"door_m": (2.4, 2.4), "size_m": (34.0, 26.0)},
+        {"door_m": (2.4, 2.4), "size_m": (34.0, 26.0), "furniture": 0.5},
         {"shut": 1.0, "glass": 1.0, "changed": 1.0},
         {"furniture": 5.0, "yaw_deg": 45.0},
     ],
