@@ -96,7 +96,7 @@ def test_a_pane_returns_as_often_as_it_says_and_never_to_an_exact_scanner():
 
 
 def test_profiles_are_found_by_name():
-    assert set(LIDARS) == {"rplidar-a1", "rplidar-a2", "urg-04lx", "utm-30lx", "lms1xx"}
+    assert {"rplidar-a1", "rplidar-a2", "urg-04lx", "utm-30lx", "lms1xx"} <= set(LIDARS)
     assert lidar_named("utm-30lx") is LIDARS["utm-30lx"]
     with pytest.raises(InputError, match="no lidar 'utm'; there are: rplidar-a1, rplidar-a2, "):
         lidar_named("utm")
