@@ -1,4 +1,4 @@
-"""Bounds of boxes of placements: how much the faces of two maps' walls can gain anywhere inside a box.
+"""Upper bounds of the gain of two maps' wall faces over boxes of placements.
 
 A placement takes a point p of B to ``w (p - c) + m``: complex numbers, c the centre of B, ``w = exp(ln s + i angle)``.
 """
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.compiling import kernel
 
-ROUNDING = 1e-6  # cells that a point may move besides, so that rounding makes no bound too low
+ROUNDING = 1e-6  # cells added to the reach of a point, so that rounding makes no bound too low
 
 
 @kernel
@@ -29,13 +29,13 @@ def lower_shares(
     levels: NDArray[np.int32],
     margin: int,
 ) -> None:
-    """Lower each box's shares, bounds of what each group of faces gains, to what the box itself allows.
+    """Lower each box's shares, the bounds of the gain of each group of faces, to the bounds within the box.
 
     Boxes are rows (angle, ln s, mu, mv, and the half widths of the angle, of ln s, and of both mu and mv). Groups are
-    rows (first face, one past the last, their way, whether they are B's); faces are columns (u, v). `gains[l, k]` holds
-    the highest gain of way k in the square that begins at a cell and goes right and down, its side given by the level,
-    with `margin` cells more on the left and on top; `levels[n]` is the level for sides up to n. Each quarter lets way k
-    of B meet one way of A further. What is left to do of a box that has fallen below the threshold is left undone.
+    rows (first face, one past the last, their normal k, 1 for B's); faces are columns (u, v). `gains[l, k]` holds the
+    highest gain of normal k in the square that begins at a cell and goes right and down, its side given by the level,
+    with `margin` cells more on the left and on top; `levels[n]` is the level for sides up to n. Each quarter turn takes
+    normal k of B to normal k + 1 of A. A box is dropped as soon as its sum falls below the threshold.
     """
     totals = np.zeros(len(boxes), np.int64)
     moves = np.empty((len(boxes), 2, 5))
@@ -50,17 +50,17 @@ def lower_shares(
         slant = min(math.sqrt(2.0), abs(cos) + abs(sin) + d_angle)
         moves[i, 0] = cos / scale, -sin / scale, along, across, d_shift * grow * slant / scale
         moves[i, 1] = cos * scale, sin * scale, along, across, d_shift
-    for g in range(len(groups)):  # one after the other, so that what is looked up stays near at hand
-        first, end, way, is_b = groups[g]
+    for g in range(len(groups)):  # the outer loop, so that the gains of one group stay in the processor's cache
+        first, end, normal, is_b = groups[g]
         gains = gains_a if is_b else gains_b
         for i in range(len(boxes)):
             if totals[i] < threshold:
                 continue
-            at = boxes[i, 2], boxes[i, 3]  # where the centre goes
+            at = boxes[i, 2], boxes[i, 3]  # image of the centre
             quarter = quarters[i] if is_b else -quarters[i]
-            gain = _most_gained(
+            gain = _highest_gain(
                 faces[:, first:end], moves[i, is_b], centre if is_b else at, at if is_b else centre,
-                gains, (way + quarter) % 4, levels, margin,
+                gains, (normal + quarter) % 4, levels, margin,
             )  # fmt: skip
             if gain < shares[i, g]:
                 totals[i] += gain - shares[i, g]
@@ -79,16 +79,16 @@ def add_face_scores(
     margin: int,
     scores: NDArray[np.int64],
 ) -> None:
-    """Add to each placement's score what all faces gain, those of B in A and those of A in B.
+    """Add to each placement's score the gain of all faces, those of B in A and those of A in B.
 
-    Placements are rows (angle, ln s, mu, mv), all else as in `lower_shares`; `gains[k]` is what way k gains at a cell.
+    Placements are rows (angle, ln s, mu, mv), all else as in `lower_shares`; `gains[k]` is per cell for normal k.
     """
     for i in range(len(placements)):
         angle, log_scale, mu, mv = placements[i]
         scale = math.exp(log_scale)
         c, s = math.cos(angle), math.sin(angle)
-        for first, end, way, is_b in groups:
-            gains = gains_a[(way + quarters[i]) % 4] if is_b else gains_b[(way - quarters[i]) % 4]
+        for first, end, normal, is_b in groups:
+            gains = gains_a[(normal + quarters[i]) % 4] if is_b else gains_b[(normal - quarters[i]) % 4]
             last_u, last_v = float(gains.shape[1] - 1), float(gains.shape[0] - 1)
             for n in range(first, end):
                 if is_b:
@@ -103,17 +103,17 @@ def add_face_scores(
 
 
 @kernel
-def _most_gained(
+def _highest_gain(
     faces: NDArray[np.float64],
     move: NDArray[np.float64],
     origin: tuple[float, float],
     target: tuple[float, float],
     gains: NDArray[np.int8],
-    way: int,
+    normal: int,
     levels: NDArray[np.int32],
     margin: int,
 ) -> int:
-    """Sum what faces gain at the most where each may move as the box allows."""
+    """Sum the highest gains of faces within their reach in the box."""
     height, width = gains.shape[2], gains.shape[3]
     cells = gains.ravel()
     last_u, last_v = float(width - 1), float(height - 1)
@@ -130,5 +130,5 @@ def _most_gained(
         left, top = np.int32(min(max(x - dx, 0.0), last_u)), np.int32(min(max(y - dy, 0.0), last_v))
         right, bottom = np.int32(min(max(x + dx, 0.0), last_u)), np.int32(min(max(y + dy, 0.0), last_v))
         level = levels[min(max(right - left, bottom - top) + np.int32(1), longest)]
-        total += cells[((level * 4 + way) * height + top) * width + left]
+        total += cells[((level * 4 + normal) * height + top) * width + left]
     return total

@@ -49,16 +49,17 @@ def inverse(placement: tuple[float, float, float, float]) -> tuple[float, float,
 
 @kernel
 def slopes(
-    way: tuple[float, float, float, float], x: float, y: float, gx: float, gy: float, backward: bool
+    to_other: tuple[float, float, float, float], x: float, y: float, gx: float, gy: float, backward: bool
 ) -> tuple[float, float, float, float]:
-    """Return how a residual with gradient (gx, gy) changes with the turn, the log scale and the shift of a placement.
+    """Return the slopes of a residual with gradient (gx, gy) in the turn, the log scale and the shift of a placement.
 
-    `way` is the placement, or backward its inverse, and has taken a point to (x, y).
+    `to_other` is the placement, or backward its inverse, and has taken a point to (x, y).
     """
+    a, b, tx, ty = to_other
     if not backward:
-        x, y = x - way[2], y - way[3]
+        x, y = x - tx, y - ty
         return gy * x - gx * y, gx * x + gy * y, gx, gy
-    return gx * y - gy * x, -(gx * x + gy * y), -gx * way[0] - gy * way[1], gx * way[1] - gy * way[0]
+    return gx * y - gy * x, -(gx * x + gy * y), -gx * a - gy * b, gx * b - gy * a
 
 
 @kernel
@@ -76,7 +77,7 @@ def add_normal_equations(
 def add_field(
     matrix: NDArray[np.float64],
     vector: NDArray[np.float64],
-    way: tuple[float, float, float, float],
+    to_other: tuple[float, float, float, float],
     points: NDArray[np.float64],
     distance: NDArray[np.float32],
     known: NDArray[np.bool_],
@@ -86,7 +87,7 @@ def add_field(
 ) -> None:
     """Add the points' distances to the other map's walls, where it is known there and they are within reach."""
     height, width = distance.shape
-    a, b, tx, ty = way
+    a, b, tx, ty = to_other
     sharpness = 1 / (reach * reach)
     for k in range(len(points)):
         x, y = a * points[k, 0] - b * points[k, 1] + tx, b * points[k, 0] + a * points[k, 1] + ty
@@ -102,7 +103,7 @@ def add_field(
             continue
         gx, gy = (d01 - d00) * (1 - q) + (d11 - d10) * q, (d10 - d00) * (1 - p) + (d11 - d01) * p
         w = weight * (1 - d * d * sharpness) ** 2  # Tukey's biweight
-        add_normal_equations(matrix, vector, slopes(way, x, y, gx, gy, backward), w, d)
+        add_normal_equations(matrix, vector, slopes(to_other, x, y, gx, gy, backward), w, d)
 
 
 @kernel
@@ -156,7 +157,7 @@ def fit_to_fields(
 def nearest_facing(
     index: NDArray[np.int32], surface: NDArray[np.float64], x: float, y: float, nx: float, ny: float, reach: float
 ) -> int:
-    """Find the nearest surface cell within reach that faces about the same way; -1 where there is none."""
+    """Find the nearest surface cell within reach that faces in about the same direction; -1 where there is none."""
     height, width = index.shape
     u, v = math.floor(x + 0.5), math.floor(y + 0.5)
     best, best_square = -1, reach * reach
@@ -182,7 +183,7 @@ def nearest_facing(
 def add_surface(
     matrix: NDArray[np.float64],
     vector: NDArray[np.float64],
-    way: tuple[float, float, float, float],
+    to_other: tuple[float, float, float, float],
     points: NDArray[np.float64],
     index: NDArray[np.int32],
     surface: NDArray[np.float64],
@@ -190,12 +191,12 @@ def add_surface(
     weight: float,
     backward: bool,
 ) -> tuple[float, int, int]:
-    """Add the distances of surface points to the lines of the other map's surface that faces the same way.
+    """Add the distances of surface points to the lines of the other map's surface that faces in the same direction.
 
-    Returns the weighted sum of squares, and how many points found a partner, of how many that fell inside.
+    Returns the weighted sum of squares, the number of matched points, and the number of points inside.
     """
     height, width = index.shape
-    a, b, tx, ty = way
+    a, b, tx, ty = to_other
     scale = math.hypot(a, b)
     cos, sin = a / scale, b / scale
     squares, matched, inside = 0.0, 0, 0
@@ -213,7 +214,7 @@ def add_surface(
         d = gx * (x - surface[at, 0]) + gy * (y - surface[at, 1])
         w = weight * max(0.0, 1 - (d / reach) ** 2) ** 2
         squares += w * d * d
-        add_normal_equations(matrix, vector, slopes(way, x, y, gx, gy, backward), w, d)
+        add_normal_equations(matrix, vector, slopes(to_other, x, y, gx, gy, backward), w, d)
     return squares, matched, inside
 
 
@@ -236,9 +237,9 @@ def set_equations(
     scale = math.hypot(placement[0], placement[1])
     near = max(1.5, reach / scale)
     back = inverse(placement)
-    one = add_surface(matrix, vector, placement, points_b, index_a, surface_a, reach, 1.0, False)
-    two = add_surface(matrix, vector, back, points_a, index_b, surface_b, near, scale * scale, True)
-    return one[0] + two[0], one[1] + two[1], one[2] + two[2]
+    on_a = add_surface(matrix, vector, placement, points_b, index_a, surface_a, reach, 1.0, False)
+    on_b = add_surface(matrix, vector, back, points_a, index_b, surface_b, near, scale * scale, True)
+    return on_a[0] + on_b[0], on_a[1] + on_b[1], on_a[2] + on_b[2]
 
 
 @kernel

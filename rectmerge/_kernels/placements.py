@@ -43,7 +43,7 @@ def pair_by_both_sides(
     swapped: bool,
     log_bounds: tuple[float, float],
     tolerance: float,
-    found: NDArray[np.float64],
+    rows: NDArray[np.float64],
     count: int,
 ) -> int:
     """Append the placements by rectangle pairs (cx, cy, w, h) of like aspect: scale from sides, shift from centres."""
@@ -61,12 +61,12 @@ def pair_by_both_sides(
             log_scale = (by_width * trust_w + by_height * trust_h) / (trust_w + trust_h)
             if log_scale < log_bounds[0] or log_scale > log_bounds[1]:
                 continue
-            if count == len(found):
+            if count == len(rows):
                 return count
             a, b = math.exp(log_scale) * cos, math.exp(log_scale) * sin
-            found[count, 0], found[count, 1] = a, b
-            found[count, 2] = boxes_a[i, 0] - a * boxes_b[j, 0] + b * boxes_b[j, 1]
-            found[count, 3] = boxes_a[i, 1] - b * boxes_b[j, 0] - a * boxes_b[j, 1]
+            rows[count, 0], rows[count, 1] = a, b
+            rows[count, 2] = boxes_a[i, 0] - a * boxes_b[j, 0] + b * boxes_b[j, 1]
+            rows[count, 3] = boxes_a[i, 1] - b * boxes_b[j, 0] - a * boxes_b[j, 1]
             count += 1
     return count
 
@@ -82,7 +82,7 @@ def pair_by_one_side(
     quarter: int,
     log_bounds: tuple[float, float],
     tolerance: float,
-    found: NDArray[np.float64],
+    rows: NDArray[np.float64],
     count: int,
 ) -> int:
     """Append the placements by rectangle pairs that agree in one extent only: scale from it, one other wall matched.
@@ -117,16 +117,16 @@ def pair_by_one_side(
                     side = 2 * (1 - axis) + end
                     if not (walls_a[i, side] and walls_b[j, side_b[side]]):
                         continue
-                    if count == len(found):
+                    if count == len(rows):
                         return count
                     shift = (end - 0.5) * (across_a - scale * across_b)
                     dx, dy = (0.0, shift) if axis == 0 else (shift, 0.0)
                     x = boxes_a[i, 0] + math.cos(angle_a) * dx - math.sin(angle_a) * dy
                     y = boxes_a[i, 1] + math.sin(angle_a) * dx + math.cos(angle_a) * dy
                     a, b = scale * cos, scale * sin
-                    found[count, 0], found[count, 1] = a, b
-                    found[count, 2] = x - a * boxes_b[j, 0] + b * boxes_b[j, 1]
-                    found[count, 3] = y - b * boxes_b[j, 0] - a * boxes_b[j, 1]
+                    rows[count, 0], rows[count, 1] = a, b
+                    rows[count, 2] = x - a * boxes_b[j, 0] + b * boxes_b[j, 1]
+                    rows[count, 3] = y - b * boxes_b[j, 0] - a * boxes_b[j, 1]
                     count += 1
     return count
 

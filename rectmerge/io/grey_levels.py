@@ -91,7 +91,7 @@ def infer_levels(
     clusters = {c: n for c, n in levels.items() if all(abs(c - g) > CLUSTER_REACH for g in given)}
     if free is None and len(clusters) + len(given) < 2:
         raise InputError(
-            f"one grey level ({', '.join(map(str, levels)) or 'none'}) cannot tell free space from the rest"
+            f"one grey level ({', '.join(map(str, levels)) or 'none'}) cannot separate free space from the rest"
         )
     areas = [level for level in clusters if _covers_areas(image, level, shown)]
     if occupied is None:
@@ -104,7 +104,7 @@ def infer_levels(
     elif unknown is None:
         unknown = areas[0] if areas else None
     if free is None:
-        raise InputError(f"no grey level can be told to be free space (levels: {', '.join(map(str, levels))})")
+        raise InputError(f"no grey level can be identified as free space (levels: {', '.join(map(str, levels))})")
     return Levels(free, occupied, unknown)
 
 

@@ -75,8 +75,8 @@ def read_pixels(path: Path) -> Pixels:
         pixels = re.search(r"\d+", str(error))
         raise _too_large(path, f"{pixels[0] if pixels else 'too many'} pixels by its header") from None
     except UnidentifiedImageError:
-        what = "the file is empty" if path.stat().st_size == 0 else "not an image"
-        raise MapFileError(f"{path}: {what}; give a PGM or PNG, or the map's .yaml") from None
+        fault = "the file is empty" if path.stat().st_size == 0 else "not an image"
+        raise MapFileError(f"{path}: {fault}; give a PGM or PNG, or the map's .yaml") from None
     except PermissionError:
         raise MapFileError(f"{path}: permission denied; make the file readable") from None
     except BROKEN as error:
@@ -95,16 +95,16 @@ def require_file(path: Path) -> None:
     try:
         if path.is_file():
             return
-        what = "is a directory; name a file in it" if path.is_dir() else "no such file; check the name"
+        fault = "is a directory; name a file in it" if path.is_dir() else "no such file; check the name"
         if path.exists() and not path.is_dir():
-            what = "not a regular file; save the map to one first"
+            fault = "not a regular file; save the map to one first"
     except (OSError, ValueError) as error:
-        what = f"no such file ({error})"
-    raise MapFileError(f"{path}: {what}")
+        fault = f"no such file ({error})"
+    raise MapFileError(f"{path}: {fault}")
 
 
-def _too_large(path: Path, what: str) -> MapFileError:
-    return MapFileError(f"{path}: {what}, more than {MOST_CELLS // 10**6} million; crop it to its known cells")
+def _too_large(path: Path, size: str) -> MapFileError:
+    return MapFileError(f"{path}: {size}, more than {MOST_CELLS // 10**6} million; crop it to its known cells")
 
 
 def _channels(image: Image.Image) -> Pixels:

@@ -93,7 +93,7 @@ def read_map(
     if not is_yaml(path) and not is_bag(path):
         return read_image(path, free=free, occupied=occupied, unknown=unknown).grid
     if any(level is not None for level in (free, occupied, unknown)):
-        reason = "a YAML tells them by its thresholds" if is_yaml(path) else "a bag holds cells"
+        reason = "a YAML defines them by its thresholds" if is_yaml(path) else "a bag holds cells"
         raise MapFileError(f"{path}: grey levels are for plain images; {reason}")
     if is_bag(path):
         return read_bag_map(path)
@@ -180,7 +180,7 @@ def encode_map(grid: OccupancyGrid, image_name: str, legend: Legend = MAP_SAVER_
     pixels = grey_levels(legend)[grid.occupancy]  # -1, unknown, is the last
     if legend.mode == "scale" and grid.unknown.any():
         if Path(image_name).suffix != ".png":
-            raise InputError("mode scale tells unknown cells by transparency, so its image must be a .png")
+            raise InputError("mode scale marks unknown cells by transparency, so its image must be a .png")
         pixels = np.dstack([pixels, np.where(grid.occupancy == UNKNOWN, 0, OPAQUE).astype(np.uint8)])
     keys = {
         "image": image_name,
@@ -226,7 +226,7 @@ def _nearby_hint(path: Path, image: Path) -> str:
     nearby = path.with_name(PureWindowsPath(image).name or path.name)  # either kind of slash
     if os.path.lexists(image) or nearby == path or not os.path.isfile(nearby):  # noqa: PTH113 - no error, any name
         return ""
-    return f"; {nearby.name} lies beside the YAML: if it is the map's, write image: {nearby.name}"
+    return f"; {nearby.name} is in the YAML's folder: if it is the map's, write image: {nearby.name}"
 
 
 def _remedy(legend: Legend, dialect: Dialect) -> str:

@@ -83,7 +83,7 @@ def _keys(path: Path) -> dict[Any, Any]:
         remedy = "; use spaces, no tabs" if b"\t" in text else ""
         raise MapFileError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}{remedy}") from None
     except BROKEN:  # a tag such as !!bool or !!timestamp on another value: PyYAML's own, often nameless errors
-        raise MapFileError(f"{path}: not valid YAML: a value is not of the kind that its tag tells") from None
+        raise MapFileError(f"{path}: not valid YAML: a value does not have the type of its tag") from None
     if keys is None:
         raise MapFileError(f"{path}: the file is empty; a map_server YAML names image, resolution, origin, ...")
     if not isinstance(keys, dict):

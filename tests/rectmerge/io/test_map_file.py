@@ -131,7 +131,7 @@ def test_an_image_that_was_moved_beside_its_yaml_is_named_and_not_read(tmp_path,
     path = write(tmp_path, name=name, image=None)
     (tmp_path / "map.pgm").write_bytes(GOOD_PGM)
 
-    with pytest.raises(MapFileError, match=r"no such file.*; map\.pgm lies beside the YAML.* write image: map\.pgm"):
+    with pytest.raises(MapFileError, match=r"no such file.*; map\.pgm is in the YAML's folder.* write image: map\.pgm"):
         read_map(path)
 
 
