@@ -17,10 +17,10 @@ PLAN = plans.floor_plan()
 @given(st.floats(0, 360))
 def test_a_made_turn_is_found_to_half_a_degree(degrees):
     grid, _ = plans.moved(PLAN, degrees)
-    found = math.degrees(dominant_angle(grid))
+    angle_deg = math.degrees(dominant_angle(grid))
 
-    assert 0 <= found < 90
-    assert abs(math.remainder(found - degrees, 90)) < 0.5
+    assert 0 <= angle_deg < 90
+    assert abs(math.remainder(angle_deg - degrees, 90)) < 0.5
 
 
 @pytest.mark.parametrize("degrees", [0, 7.5, 12, 27, 33, 45, 88])

@@ -16,20 +16,20 @@ def room(width: int, height: int, margin: int = 10) -> OccupancyGrid:
 def test_a_map_on_itself_overlaps_wholly_without_conflict():
     grid = drawing.building()
 
-    found = measure_agreement(grid, grid, Similarity())
+    agreement = measure_agreement(grid, grid, Similarity())
 
-    assert (found.overlap, found.iou, found.conflict) == (1.0, 1.0, 0.0)
+    assert (agreement.overlap, agreement.iou, agreement.conflict) == (1.0, 1.0, 0.0)
 
 
 @pytest.mark.parametrize("shift", [0, 10, 25, 50])
 def test_overlap_is_the_share_of_free_space_in_common(shift):
     grid = room(50, 30)
 
-    found = measure_agreement(grid, grid, Similarity(tx=shift))
+    agreement = measure_agreement(grid, grid, Similarity(tx=shift))
 
     common = (50 - shift) * 30
-    assert found.overlap == pytest.approx(common / (50 * 30))
-    assert found.iou == pytest.approx(common / (2 * 50 * 30 - common))
+    assert agreement.overlap == pytest.approx(common / (50 * 30))
+    assert agreement.iou == pytest.approx(common / (2 * 50 * 30 - common))
 
 
 def test_overlap_is_relative_to_the_smaller_free_space():
@@ -44,18 +44,18 @@ def test_overlap_is_measured_in_cells_of_a_whatever_the_scale():
     fine = Similarity(0.5, 0.0, -0.25, -0.25)  # two cells of B per cell of A
     b = drawing.view(a, fine, (226, 326))
 
-    found = measure_agreement(a, b, fine)
+    agreement = measure_agreement(a, b, fine)
 
-    assert found.overlap > 0.98
-    assert found.conflict < 0.02
+    assert agreement.overlap > 0.98
+    assert agreement.conflict < 0.02
 
 
 def test_maps_apart_neither_overlap_nor_conflict():
     grid = room(30, 30)
 
-    found = measure_agreement(grid, grid, Similarity(tx=500))
+    agreement = measure_agreement(grid, grid, Similarity(tx=500))
 
-    assert (found.overlap, found.iou, found.conflict) == (0.0, 0.0, 0.0)
+    assert (agreement.overlap, agreement.iou, agreement.conflict) == (0.0, 0.0, 0.0)
 
 
 def test_a_wall_in_the_other_maps_free_space_conflicts_and_a_wall_next_to_a_wall_does_not():

@@ -32,10 +32,10 @@ def view() -> OccupancyGrid:
     return drawing.view(drawing.building(), TRUTH, (250, 260))
 
 
-def corners_apart(found: Similarity, wanted: Similarity) -> float:
+def corners_apart(pixels: Similarity, truth: Similarity) -> float:
     """The largest distance in cells of A between where two placements put the corners of the view's building."""
     corners = [[40, 40], [220, 40], [40, 210], [220, 210]]
-    return float(np.hypot(*(found.apply(corners) - wanted.apply(corners)).T).max())
+    return float(np.hypot(*(pixels.apply(corners) - truth.apply(corners)).T).max())
 
 
 def long_halls() -> OccupancyGrid:
@@ -55,7 +55,7 @@ def other() -> OccupancyGrid:
     return drawing.grid_of(free)
 
 
-def farthest(found: Similarity, truth: Similarity, grid: OccupancyGrid) -> float:
+def farthest(pixels: Similarity, truth: Similarity, grid: OccupancyGrid) -> float:
     """The largest distance, in cells of A, between where two placements put the free cells of a grid."""
     points = np.argwhere(grid.free)[:, ::-1]
-    return float(np.linalg.norm(found.apply(points) - truth.apply(points), axis=1).max())
+    return float(np.linalg.norm(pixels.apply(points) - truth.apply(points), axis=1).max())

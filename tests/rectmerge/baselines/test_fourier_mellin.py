@@ -13,18 +13,18 @@ from tests.rectmerge.baselines import scenes
 def test_turn_scale_and_shift_are_found(layer, scale, degrees):
     b, truth = scenes.turned(scale, degrees)
 
-    found = align(scenes.upright(), b, method=FourierMellin(layer=layer, peaks=3))
+    alignment = align(scenes.upright(), b, method=FourierMellin(layer=layer, peaks=3))
 
-    assert scenes.farthest(found.candidates[0].pixels, truth, b) < 3
+    assert scenes.farthest(alignment.candidates[0].pixels, truth, b) < 3
 
 
 def test_a_known_scale_is_not_left():
     b, truth = scenes.turned(1.3, 40)
 
-    found = align(scenes.upright(), b, method=FourierMellin(), scale=1.3)
+    alignment = align(scenes.upright(), b, method=FourierMellin(), scale=1.3)
 
-    assert found.candidates[0].pixels.scale == pytest.approx(1.3, rel=0.02)
-    assert scenes.farthest(found.candidates[0].pixels, truth, b) < 3
+    assert alignment.candidates[0].pixels.scale == pytest.approx(1.3, rel=0.02)
+    assert scenes.farthest(alignment.candidates[0].pixels, truth, b) < 3
 
 
 def test_another_building_is_rejected():
@@ -37,9 +37,9 @@ def test_a_shift_is_found_in_either_direction(dx, dy):
     world = rng.random((192, 192)).astype(np.float32)
     a, b = world[64:128, 64:128], world[64 + dy : 128 + dy, 64 + dx : 128 + dx]
 
-    found, score = find_shift(a, b, Similarity(), 64)
+    shift, score = find_shift(a, b, Similarity(), 64)
 
-    assert found.apply([0.0, 0.0]) == pytest.approx([dx, dy], abs=0.6)
+    assert shift.apply([0.0, 0.0]) == pytest.approx([dx, dy], abs=0.6)
     assert 0 < score <= 1
 
 

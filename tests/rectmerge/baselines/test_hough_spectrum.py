@@ -16,20 +16,20 @@ SEARCHING = HoughSpectrum(scale_search=True, rank_by="walls", accept_at=0.5)
 def test_a_scale_search_finds_scale_turn_and_shift(scale, degrees):
     b, truth = scenes.turned(scale, degrees)
 
-    found = align(scenes.upright(), b, method=SEARCHING)
+    alignment = align(scenes.upright(), b, method=SEARCHING)
 
-    assert found, found.reason
-    assert scenes.farthest(found.candidates[0].pixels, truth, b) < 4
+    assert alignment, alignment.reason
+    assert scenes.farthest(alignment.candidates[0].pixels, truth, b) < 4
 
 
 def test_the_rigid_method_takes_one_where_the_scale_is_not_known_and_what_is_known():
     b, truth = scenes.turned(1.3, 40)
 
     free = align(scenes.upright(), b, method=HoughSpectrum())
-    told = align(scenes.upright(), b, method=HoughSpectrum(), scale=1.3)
+    known = align(scenes.upright(), b, method=HoughSpectrum(), scale=1.3)
 
-    assert {round(one.pixels.scale, 9) for one in free.candidates} == {1.0}
-    assert scenes.farthest(told.candidates[0].pixels, truth, b) < 3
+    assert {round(candidate.pixels.scale, 9) for candidate in free.candidates} == {1.0}
+    assert scenes.farthest(known.candidates[0].pixels, truth, b) < 3
 
 
 def test_another_building_is_rejected_by_its_walls():

@@ -15,9 +15,9 @@ EVERY = [(detector, variant) for detector in ("akaze", "orb", "sift") for varian
 def test_turn_scale_and_shift_are_found(detector, variant, scale):
     b, truth = scenes.turned(1.3, 40)
 
-    found = align(scenes.upright(), b, method=Keypoints(detector=detector, variant=variant), scale=scale)
+    alignment = align(scenes.upright(), b, method=Keypoints(detector=detector, variant=variant), scale=scale)
 
-    assert scenes.farthest(found.candidates[0].pixels, truth, b) < 5
+    assert scenes.farthest(alignment.candidates[0].pixels, truth, b) < 5
 
 
 @pytest.mark.parametrize(("detector", "variant"), EVERY)
@@ -30,10 +30,10 @@ def test_another_building_is_rejected(detector, variant):
 def test_a_map_in_which_nothing_is_found_is_rejected_with_a_reason(detector, variant, shape):
     narrow = OccupancyGrid(np.zeros(shape, np.int8))
 
-    found = align(scenes.upright(), narrow, method=Keypoints(detector=detector, variant=variant))
+    alignment = align(scenes.upright(), narrow, method=Keypoints(detector=detector, variant=variant))
 
-    assert (found.verdict, found.candidates) == ("rejected", ())
-    assert detector in found.reason
+    assert (alignment.verdict, alignment.candidates) == ("rejected", ())
+    assert detector in alignment.reason
 
 
 def test_matches_that_agree_on_a_single_point_are_no_placement():

@@ -11,16 +11,16 @@ from tests.rectmerge.baselines.scenes import TRUTH, corners_apart, long_halls, v
 
 @pytest.mark.parametrize("scale", ["free", TRUTH.scale])
 def test_a_rescaled_view_is_placed_within_two_cells(scale):
-    found = align(drawing.building(), view(), method="regions", scale=scale)
+    alignment = align(drawing.building(), view(), method="regions", scale=scale)
 
-    assert found, found.reason
-    assert corners_apart(found.candidates[0].pixels, TRUTH) < 2
+    assert alignment, alignment.reason
+    assert corners_apart(alignment.candidates[0].pixels, TRUTH) < 2
 
 
 def test_a_scale_that_is_known_is_kept():
-    found = align(drawing.building(), view(), method="regions", scale=TRUTH.scale)
+    alignment = align(drawing.building(), view(), method="regions", scale=TRUTH.scale)
 
-    assert found.candidates[0].pixels.scale == pytest.approx(TRUTH.scale)
+    assert alignment.candidates[0].pixels.scale == pytest.approx(TRUTH.scale)
 
 
 def test_another_building_is_rejected():
@@ -42,10 +42,10 @@ def test_a_map_without_a_region_is_named():
     occupancy = np.full((40, 40), -1, np.int8)
     occupancy[20, 20:23] = 0
 
-    found = align(drawing.building(), OccupancyGrid(occupancy), method="regions")
+    alignment = align(drawing.building(), OccupancyGrid(occupancy), method="regions")
 
-    assert found.verdict == "rejected"
-    assert "map B has no region" in found.reason
+    assert alignment.verdict == "rejected"
+    assert "map B has no region" in alignment.reason
 
 
 @pytest.mark.parametrize(("field", "value"), [("max_regions", 0), ("shape_tolerance", 0.0), ("accept_at", 1.5)])

@@ -12,16 +12,16 @@ from tests.rectmerge.baselines.scenes import TRUTH, corners_apart, long_halls, v
 
 @pytest.mark.parametrize("scale", ["free", TRUTH.scale])
 def test_a_rescaled_view_is_placed_within_a_cell(scale):
-    found = align(drawing.building(), view(), method="stochastic-search", scale=scale)
+    alignment = align(drawing.building(), view(), method="stochastic-search", scale=scale)
 
-    assert found, found.reason
-    assert corners_apart(found.candidates[0].pixels, TRUTH) < 1
+    assert alignment, alignment.reason
+    assert corners_apart(alignment.candidates[0].pixels, TRUTH) < 1
 
 
 def test_a_scale_that_is_known_is_kept():
-    found = align(drawing.building(), view(), method=StochasticSearch(walks=1), scale=0.8)
+    alignment = align(drawing.building(), view(), method=StochasticSearch(walks=1), scale=0.8)
 
-    assert found.candidates[0].pixels.scale == pytest.approx(0.8)
+    assert alignment.candidates[0].pixels.scale == pytest.approx(0.8)
 
 
 def test_another_building_agrees_less_than_the_same():
@@ -34,17 +34,17 @@ def test_another_building_agrees_less_than_the_same():
 
 
 def test_a_placement_with_too_little_in_common_does_not_count():
-    found = align(drawing.building(), long_halls(), method=StochasticSearch(walks=1, steps=1, least_overlap=1.0))
+    alignment = align(drawing.building(), long_halls(), method=StochasticSearch(walks=1, steps=1, least_overlap=1.0))
 
-    assert not found.candidates
-    assert "100 % of the smaller map" in found.reason
+    assert not alignment.candidates
+    assert "100 % of the smaller map" in alignment.reason
 
 
 def test_a_map_without_walls_is_named():
-    found = align(drawing.building(), OccupancyGrid(np.zeros((30, 30), np.int8)), method="stochastic-search")
+    alignment = align(drawing.building(), OccupancyGrid(np.zeros((30, 30), np.int8)), method="stochastic-search")
 
-    assert found.verdict == "rejected"
-    assert "map B" in found.reason
+    assert alignment.verdict == "rejected"
+    assert "map B" in alignment.reason
 
 
 def test_dissimilarity_agrees_with_the_slow_way():
@@ -54,9 +54,9 @@ def test_dissimilarity_agrees_with_the_slow_way():
         maps = [tuple(rng.integers(0, 4, shape).astype(np.float32) for _ in range(2)) for shape in ((8, 10), (9, 9))]
         at = rng.uniform((-3, -0.5, 0, 0), (3, 0.5, 9, 7))
 
-        found = dissimilarity(at, *cells, *maps, (4.0, 3.5), 2.0)
+        value = dissimilarity(at, *cells, *maps, (4.0, 3.5), 2.0)
 
-        assert found == pytest.approx(naive.dissimilarity(at, cells, maps, (4.0, 3.5), 2.0))
+        assert value == pytest.approx(naive.dissimilarity(at, cells, maps, (4.0, 3.5), 2.0))
 
 
 @pytest.mark.parametrize(

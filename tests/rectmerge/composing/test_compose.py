@@ -29,13 +29,13 @@ def part_of_a(composition, a):
 def test_a_map_composed_with_itself_is_itself(rule, resolution):
     a = drawing.building(resolution=resolution, origin=(-3.0, 7.0, 0.4))
 
-    found = compose([a, a, a], [None, Similarity(), Similarity()], rule=rule)
+    merged = compose([a, a, a], [None, Similarity(), Similarity()], rule=rule)
 
-    assert (found.grid.occupied == a.occupied).all()
-    assert (found.grid.free == a.free).all()
-    assert found.grid.origin == pytest.approx(a.origin)
-    assert found.grid.resolution == resolution
-    assert not found.conflict.any()
+    assert (merged.grid.occupied == a.occupied).all()
+    assert (merged.grid.free == a.free).all()
+    assert merged.grid.origin == pytest.approx(a.origin)
+    assert merged.grid.resolution == resolution
+    assert not merged.conflict.any()
 
 
 @settings(max_examples=30, deadline=None)
@@ -44,17 +44,17 @@ def test_a_cell_that_only_a_knows_keeps_its_place_and_value(pixels, rule, yaw, r
     a = drawing.building(resolution=resolution, origin=(5.0, -4.0, yaw))
     b = drawing.building(resolution=0.03)
 
-    found = compose([a, b], [None, pixels_to_map_frame(pixels, a, b)], rule=rule)
+    merged = compose([a, b], [None, pixels_to_map_frame(pixels, a, b)], rule=rule)
 
     v, u = np.mgrid[: a.shape[0], : a.shape[1]]
     in_b = np.floor(pixels.inverse().apply(np.stack([u, v], axis=-1)) + 0.5).astype(int)
     near_b = (in_b >= -4).all(axis=-1) & (in_b[..., 0] < b.shape[1] + 4) & (in_b[..., 1] < b.shape[0] + 4)
-    assert (part_of_a(found, a) == a.occupancy)[~near_b].all()
-    row, col = found.corner
+    assert (part_of_a(merged, a) == a.occupancy)[~near_b].all()
+    row, col = merged.corner
     waypoint = a.pixel_to_map([10.0, 20.0])
-    np.testing.assert_allclose(found.grid.map_to_pixel(waypoint), [10 + col, 20 + row], atol=1e-6)
-    assert found.grid.origin[2] == yaw
-    assert found.grid.resolution == resolution
+    np.testing.assert_allclose(merged.grid.map_to_pixel(waypoint), [10 + col, 20 + row], atol=1e-6)
+    assert merged.grid.origin[2] == yaw
+    assert merged.grid.resolution == resolution
 
 
 @settings(max_examples=30, deadline=None)
@@ -63,29 +63,29 @@ def test_a_cell_that_only_a_knows_keeps_its_place_and_value(pixels, rule, yaw, r
 def test_every_known_cell_of_b_lies_on_the_merged_map(pixels):
     a, b = drawing.building(), drawing.building()
 
-    found = compose([a, b], [None, pixels_to_map_frame(pixels, a, b)])
+    merged = compose([a, b], [None, pixels_to_map_frame(pixels, a, b)])
 
-    row, col = found.corner
+    row, col = merged.corner
     walls = pixels.apply(np.argwhere(b.occupied)[:, ::-1]) + np.array([col, row])
     shown = np.zeros(len(walls), np.bool_)
     for tie in itertools.product([0.5 - 1e-8, 0.5 + 1e-8], repeat=2):  # midway, the wall may stand on either side
         u, v = np.floor(walls + tie).astype(int).clip(0).T
-        at = v.clip(max=found.grid.shape[0] - 1), u.clip(max=found.grid.shape[1] - 1)
-        shown |= found.grid.occupied[at]
+        at = v.clip(max=merged.grid.shape[0] - 1), u.clip(max=merged.grid.shape[1] - 1)
+        shown |= merged.grid.occupied[at]
     assert shown.all()
     assert (walls > -0.5 - 1e-6).all()
-    assert (walls < np.array(found.grid.shape)[::-1] - 0.5 + 1e-6).all()
+    assert (walls < np.array(merged.grid.shape)[::-1] - 0.5 + 1e-6).all()
 
 
 def test_the_merged_map_is_no_larger_than_its_known_cells_need():
     round_room = np.full((101, 101), -1, np.int8)
     cv2.circle(round_room, (50, 50), 50, 0, cv2.FILLED)
 
-    found = compose(
+    merged = compose(
         [OccupancyGrid(np.zeros((3, 3), np.int8)), OccupancyGrid(round_room)], [None, Similarity(angle=0.7)]
     )
 
-    known = found.grid.occupancy != -1
+    known = merged.grid.occupancy != -1
     rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
     assert max(rows[0], cols[0]) <= 1  # a cell's corner may reach into a merged cell whose centre it misses
     assert known.shape[0] - rows[-1] <= 2
@@ -95,11 +95,11 @@ def test_the_merged_map_is_no_larger_than_its_known_cells_need():
 def test_the_maps_grow_by_whole_cells_where_b_reaches_out():
     a = OccupancyGrid(np.zeros((10, 10), np.int8), 0.1, (1.0, 2.0, 0.0))
 
-    found = compose([a, a], [None, Similarity(tx=-0.32, ty=0.5)])
+    merged = compose([a, a], [None, Similarity(tx=-0.32, ty=0.5)])
 
-    assert found.corner == (5, 4)  # B reaches 5 cells up and 3.2 to the left
-    assert found.grid.shape == (15, 14)
-    assert found.grid.origin == pytest.approx((1.0 - 0.4, 2.0, 0.0))
+    assert merged.corner == (5, 4)  # B reaches 5 cells up and 3.2 to the left
+    assert merged.grid.shape == (15, 14)
+    assert merged.grid.origin == pytest.approx((1.0 - 0.4, 2.0, 0.0))
 
 
 @pytest.mark.parametrize("scale", [0.3, 0.5, 0.77, 1.0])
@@ -145,10 +145,10 @@ def test_conflict_marks_walls_on_free_space_and_nothing_near_a_wall():
     with_box[20:30, 20:30] = 100
     shifted = Similarity(tx=1.0)
 
-    found = compose([a, OccupancyGrid(with_box)], [None, Similarity()])
+    merged = compose([a, OccupancyGrid(with_box)], [None, Similarity()])
 
-    assert (found.conflict == (found.grid.occupied & a.free)).all()
-    assert found.conflict.sum() == 100
+    assert (merged.conflict == (merged.grid.occupied & a.free)).all()
+    assert merged.conflict.sum() == 100
     assert not compose([a, a], [None, shifted]).conflict.any()
 
 
@@ -231,10 +231,10 @@ def test_a_map_that_does_not_grow_keeps_its_origin_at_every_resolution():
     a = drawing.building(resolution=0.05, origin=(1.0, 2.0, 0.3))
 
     for size in (0.013, 0.05, 0.11, 3.0, 100.0):
-        found = compose([a, a], [None, Similarity()], resolution=size)
-        assert found.grid.origin == pytest.approx(a.origin)
-        assert found.corner == (0, 0)
-        assert found.grid.shape == tuple(math.ceil(cells * 0.05 / size - 1e-6) for cells in a.shape)
+        merged = compose([a, a], [None, Similarity()], resolution=size)
+        assert merged.grid.origin == pytest.approx(a.origin)
+        assert merged.corner == (0, 0)
+        assert merged.grid.shape == tuple(math.ceil(cells * 0.05 / size - 1e-6) for cells in a.shape)
 
 
 @pytest.mark.parametrize("resolution", [0.01, 0.03, 0.08, 0.2])
@@ -283,10 +283,10 @@ def test_evidence_tells_the_mass_of_conflict_and_the_other_rules_do_not():
     for rule in RULES:
         mass = compose([a, a], [None, Similarity(tx=4.0)], rule=rule).conflict_mass
         assert (mass is None) == (rule != "evidence")
-    found = compose([a, a], [None, Similarity(tx=4.0)], rule="evidence")
-    assert found.conflict_mass.shape == found.grid.shape
-    assert found.conflict_mass.dtype == np.float32
-    assert (found.conflict_mass[found.conflict] > 0.5).all()
+    merged = compose([a, a], [None, Similarity(tx=4.0)], rule="evidence")
+    assert merged.conflict_mass.shape == merged.grid.shape
+    assert merged.conflict_mass.dtype == np.float32
+    assert (merged.conflict_mass[merged.conflict] > 0.5).all()
 
 
 def test_one_map_alone_is_kept():

@@ -54,13 +54,13 @@ def test_only_the_first_rectangles_are_numbered():
     a = drawing.building()
     boxes = [Rectangle(*room) for room in drawing.ROOMS]
 
-    none, one, all_of_them = (picture.draw_rectangles(a, boxes, numbered=n) for n in (0, 1, 6))
+    none, first, all_six = (picture.draw_rectangles(a, boxes, numbered=n) for n in (0, 1, 6))
 
     x, y, w, h = (7 * v for v in drawing.ROOMS[0])
-    differs = (one != none).any(axis=-1)
+    differs = (first != none).any(axis=-1)
     assert differs[y : y + h, x : x + w].any()
     assert differs.sum() == differs[y : y + h, x : x + w].sum()
-    assert (all_of_them != one).any()
+    assert (all_six != first).any()
 
 
 def test_the_axes_point_where_the_turn_takes_them():

@@ -185,7 +185,7 @@ def test_single_cells_as_noise_leaves_them_get_no_circle():
     noisy = cells.copy()
     noisy[20:180:16, 20:180:16] = 100
 
-    one, other = (draw_overlay(OccupancyGrid(cells), OccupancyGrid(each), Similarity()) for each in (cells, noisy))
+    clean, specked = (draw_overlay(OccupancyGrid(cells), OccupancyGrid(each), Similarity()) for each in (cells, noisy))
 
-    assert not (one == 0).all(axis=2)[:-80].any()
-    assert not (other == 0).all(axis=2)[:-80].any()  # black is for circles here: no wall is of both maps
+    assert not (clean == 0).all(axis=2)[:-80].any()
+    assert not (specked == 0).all(axis=2)[:-80].any()  # black is for circles here: no wall is of both maps

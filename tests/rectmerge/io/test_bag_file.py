@@ -31,9 +31,11 @@ def test_a_map_is_read_upright_with_its_frame(tmp_path, kind):
     assert grid.frame == "map"
 
 
-@pytest.mark.parametrize(("told", "frame"), [("robot1/map", "robot1/map"), ("/robot1/map", "robot1/map"), ("", None)])
-def test_a_frame_is_named_as_tf2_names_it(tmp_path, told, frame):
-    assert read_map(bags.write(tmp_path, "bag", [("/map", GRID, {"frame": told})])).frame == frame
+@pytest.mark.parametrize(
+    ("frame_id", "frame"), [("robot1/map", "robot1/map"), ("/robot1/map", "robot1/map"), ("", None)]
+)
+def test_a_frame_is_named_as_tf2_names_it(tmp_path, frame_id, frame):
+    assert read_map(bags.write(tmp_path, "bag", [("/map", GRID, {"frame": frame_id})])).frame == frame
 
 
 @pytest.mark.parametrize("kind", ["db3", "mcap"])
@@ -107,9 +109,9 @@ TURNS = {
 
 @pytest.mark.parametrize(("turn", "yaw"), TURNS.values(), ids=TURNS)
 def test_yaw_comes_from_the_quaternion(tmp_path, turn, yaw):
-    found = read_map(bags.write(tmp_path, "mcap", [("/map", GRID, {"turn": turn})])).origin[2]
+    yaw_read = read_map(bags.write(tmp_path, "mcap", [("/map", GRID, {"turn": turn})])).origin[2]
 
-    assert math.remainder(found - yaw, math.tau) == pytest.approx(0.0, abs=1e-9)
+    assert math.remainder(yaw_read - yaw, math.tau) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_cells_that_mean_nothing_are_unknown(tmp_path):

@@ -89,8 +89,8 @@ def test_colours_are_read_by_their_luma_or_their_mean():
     blue = Pixels(np.array([[255]], np.uint16), 765, np.array([[29]], np.uint8))
     legend = Legend(occupied_thresh=0.8)
 
-    assert [read_cells(one, legend)[0, 0] for one in (red, blue)] == [-1, 100]
-    assert [read_cells(one, legend, "nav2-2024")[0, 0] for one in (red, blue)] == [-1, -1]
+    assert [read_cells(pixels, legend)[0, 0] for pixels in (red, blue)] == [-1, 100]
+    assert [read_cells(pixels, legend, "nav2-2024")[0, 0] for pixels in (red, blue)] == [-1, -1]
 
 
 LEGENDS = st.builds(

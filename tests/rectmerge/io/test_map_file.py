@@ -105,20 +105,20 @@ def save_with_clear_unknown(folder: Path) -> None:
 def test_a_grey_that_is_only_where_nothing_is_seen_is_no_trap(tmp_path, caplog):
     save_with_clear_unknown(tmp_path)
 
-    for told in ({"mode": "scale"}, {"free_thresh": 0.25}):
-        assert read_map(write(tmp_path, image=None, name="map.png", **told)).occupancy.tolist() == GOOD_CELLS
+    for keys in ({"mode": "scale"}, {"free_thresh": 0.25}):
+        assert read_map(write(tmp_path, image=None, name="map.png", **keys)).occupancy.tolist() == GOOD_CELLS
     assert not caplog.text
 
 
 @pytest.mark.parametrize(
-    ("told", "remedy"),
+    ("keys", "remedy"),
     [
         ({"free_thresh": 0.25}, "free_thresh: 0.196 mends it"),
         ({"mode": "scale"}, "mode: trinary with free_thresh: 0.196 mends it"),
     ],
 )
-def test_what_is_said_to_mend_the_trap_mends_it(tmp_path, caplog, told, remedy):
-    read_map(write(tmp_path, **told))
+def test_what_is_said_to_mend_the_trap_mends_it(tmp_path, caplog, keys, remedy):
+    read_map(write(tmp_path, **keys))
     assert remedy in caplog.text
     caplog.clear()
 

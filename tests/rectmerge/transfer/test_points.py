@@ -11,8 +11,8 @@ TURNED = Similarity(2.0, math.pi / 2, 10.0, 0.0)  # (x, y) goes to (10 - 2 y, 2 
 PLACE = {"type": "Point", "coordinates": [1, 2]}
 
 
-def carried(told, b_to_a=TURNED):
-    return json.loads(carry_points(json.dumps(told), "zones.geojson", b_to_a))
+def carried(document, b_to_a=TURNED):
+    return json.loads(carry_points(json.dumps(document), "zones.geojson", b_to_a))
 
 
 def test_csv_keeps_its_other_columns():
@@ -32,9 +32,9 @@ def test_a_csv_is_written_by_the_separator_that_its_header_line_has(text):
 def test_comments_stay_as_they_are_and_where_they_are():
     text = '# by hand, "so\nx,y,note\n#1,2\n1,2,"two\n# lines"\n# end'
 
-    found = carry_points(text, "way.csv", TURNED)
+    output = carry_points(text, "way.csv", TURNED)
 
-    assert found == '# by hand, "so\nx,y,note\n#1,2\n6.000000,2.000000,"two\n# lines"\n# end'
+    assert output == '# by hand, "so\nx,y,note\n#1,2\n6.000000,2.000000,"two\n# lines"\n# end'
 
 
 UNNAMED = "name the columns x and y in a header line, by commas, semicolons or tabs; line"
@@ -94,12 +94,12 @@ def test_a_tilted_quaternion_turns_about_the_vertical_and_keeps_its_tilt():
     up = (0.1, -0.2, 0.3, 0.927362)  # x, y, z, w
     names = ["qx", "qy", "qz", "qw"]
 
-    found = carried({"type": "Feature", "geometry": PLACE, "properties": dict(zip(names, up, strict=True))})
+    feature = carried({"type": "Feature", "geometry": PLACE, "properties": dict(zip(names, up, strict=True))})
 
     s = c = math.sqrt(0.5)  # of half the turn
     x, y, z, w = up
     expected = [c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z]
-    assert [found["properties"][name] for name in names] == pytest.approx(expected, abs=1e-8)
+    assert [feature["properties"][name] for name in names] == pytest.approx(expected, abs=1e-8)
 
 
 def test_an_empty_heading_stays_empty():
@@ -169,9 +169,9 @@ def test_geojson_is_carried_however_deep_its_coordinates_are():
     zone = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1, 7], [0, 0]]]}
     both = {"type": "GeometryCollection", "geometries": [zone, PLACE]}
 
-    found = carried({"type": "FeatureCollection", "features": [{"type": "Feature", "geometry": both}]})
+    collection = carried({"type": "FeatureCollection", "features": [{"type": "Feature", "geometry": both}]})
 
-    zone, place = found["features"][0]["geometry"]["geometries"]
+    zone, place = collection["features"][0]["geometry"]["geometries"]
     assert zone["coordinates"] == [[[10, 0], [10, 2], [8, 2, 7], [10, 0]]]
     assert place["coordinates"] == [6, 2]
 
@@ -179,24 +179,24 @@ def test_geojson_is_carried_however_deep_its_coordinates_are():
 def test_only_geometry_is_carried():
     lift = {"properties": {"coordinates": [1, 2], "geometry": PLACE}, "coordinates": [1, 2], "id": 7}
 
-    found = carried({"type": "Feature", "geometry": PLACE} | lift)
+    feature = carried({"type": "Feature", "geometry": PLACE} | lift)
 
-    assert found == {"type": "Feature", "geometry": {"type": "Point", "coordinates": [6, 2]}} | lift
+    assert feature == {"type": "Feature", "geometry": {"type": "Point", "coordinates": [6, 2]}} | lift
 
 
 def test_a_box_is_drawn_anew_around_what_was_carried():
     line = {"type": "LineString", "coordinates": [[0, 0, 5], [3, 1, 4]], "bbox": [0, 0, 4, 3, 1, 5]}
-    features = [{"type": "Feature", "geometry": one, "bbox": [0, 0, 3, 1]} for one in (line, PLACE)]
+    features = [{"type": "Feature", "geometry": geometry, "bbox": [0, 0, 3, 1]} for geometry in (line, PLACE)]
 
-    found = carried({"type": "FeatureCollection", "features": features, "bbox": [0, 0, 3, 2]})
+    collection = carried({"type": "FeatureCollection", "features": features, "bbox": [0, 0, 3, 2]})
 
-    assert found["bbox"] == [6, 0, 10, 6]
-    assert [one["bbox"] for one in found["features"]] == [[8, 0, 4, 10, 6, 5], [6, 2, 6, 2]]
-    assert found["features"][0]["geometry"]["bbox"] == [8, 0, 4, 10, 6, 5]
+    assert collection["bbox"] == [6, 0, 10, 6]
+    assert [feature["bbox"] for feature in collection["features"]] == [[8, 0, 4, 10, 6, 5], [6, 2, 6, 2]]
+    assert collection["features"][0]["geometry"]["bbox"] == [8, 0, 4, 10, 6, 5]
 
 
 @pytest.mark.parametrize(
-    "told",
+    "document",
     [
         {"type": "FeatureCollection", "features": []},
         {"type": "Feature", "geometry": None, "properties": {}},
@@ -205,9 +205,9 @@ def test_a_box_is_drawn_anew_around_what_was_carried():
         {"type": "Polygon", "coordinates": [[]]},
     ],
 )
-def test_what_is_legally_empty_stays_as_it_is(told):
-    assert carried(told) == told
-    assert carried(told | {"bbox": [0, 0, 1, 1]}) == told  # of nothing there is no box
+def test_what_is_legally_empty_stays_as_it_is(document):
+    assert carried(document) == document
+    assert carried(document | {"bbox": [0, 0, 1, 1]}) == document  # of nothing there is no box
 
 
 @pytest.mark.parametrize(

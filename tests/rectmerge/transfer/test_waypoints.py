@@ -28,10 +28,10 @@ waypoints:
 
 
 def test_waypoints_as_nav2_saves_them_are_carried_with_their_headings():
-    found = yaml.safe_load(carry_points(SAVED, "way.yaml", TURNED))["waypoints"]
+    waypoints = yaml.safe_load(carry_points(SAVED, "way.yaml", TURNED))["waypoints"]
 
-    assert list(found) == ["waypoint0", "waypoint1"]
-    first, second = found.values()
+    assert list(waypoints) == ["waypoint0", "waypoint1"]
+    first, second = waypoints.values()
     assert first["pose"] == [6.0, 2.0, 0.25]
     assert first["orientation"] == pytest.approx([math.sqrt(0.5), 0, 0, math.sqrt(0.5)], abs=1e-6)
     assert second["pose"] == [10.0, 1.0, 0]
@@ -42,10 +42,10 @@ def test_waypoints_as_nav2_saves_them_are_carried_with_their_headings():
 def test_one_place_that_two_waypoints_share_is_carried_once_for_each():
     text = "waypoints:\n  a: &a {pose: [1, 2, 0], orientation: [1, 0, 0, 0]}\n  b: *a\n"
 
-    found = yaml.safe_load(carry_points(text, "way.yml", TURNED))["waypoints"]
+    waypoints = yaml.safe_load(carry_points(text, "way.yml", TURNED))["waypoints"]
 
-    assert found["a"] == found["b"]
-    assert found["a"]["pose"] == [6.0, 2.0, 0]
+    assert waypoints["a"] == waypoints["b"]
+    assert waypoints["a"]["pose"] == [6.0, 2.0, 0]
 
 
 @pytest.mark.parametrize(
