@@ -63,11 +63,11 @@ def results(
 
     DIR gets README.md and baseline.json, which the accuracy tests hold later versions to; the rows go into DIR/run.
     """
-    from scenarios.studies.default_method import Plan, write_results
+    from scenarios.studies.default_method import StudyPlan, write_results
 
     require_extras(*SIMULATOR, "tomli_w")
-    plan = Plan.from_folder(maps)
-    with progress(plan.rows) as advance:
+    plan = StudyPlan.from_folder(maps)
+    with progress(plan.row_count) as advance:
         write_results(plan, output, force=force, on_rows=row_callback(advance))
     typer.echo(f"written: {output}")
 

@@ -44,7 +44,7 @@ OWN_FILES = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Demo:
-    """What the demo did.
+    """Rows, pictures and times of the demo.
 
     Parameters
     ----------
@@ -72,13 +72,13 @@ def run_demo(out: str | Path, *, suite: str = "demo", force: bool = False, say: 
     Parameters
     ----------
     out
-        Folder for the pictures, ``score.json`` and the mission's data in ``mission/``, as `write_mission` says.
+        Folder for the pictures, ``score.json`` and the mission's data in ``mission/``, see `write_mission`.
     suite
-        A suite's name or file; its contenders are all put to the first pair.
+        A suite's name or file; its contenders all get the first pair.
     force
         Clear an earlier demo's files first.
     say
-        Told what is done now.
+        Called with a line on each stage.
 
     Raises
     ------
@@ -103,8 +103,8 @@ def run_demo(out: str | Path, *, suite: str = "demo", force: bool = False, say: 
     stage("mission", f"{_explored(log)}; building their maps ...")
     pair = next(source.pairs_of(log))
     stage("maps", f"A {_size(pair.a)}, B {_size(pair.b)}, overlap {_percent(pair.overlap)}; merging ...")
-    answers = {one.label: ask(pair, one) for one in contenders}
-    rows = [score_answer(pair, one, answers[one.label]) for one in contenders]
+    answers = {contender.label: ask(pair, contender) for contender in contenders}
+    rows = [score_answer(pair, contender, answers[contender.label]) for contender in contenders]
     stage("merging", "drawing ...")
     pictures = _write_pictures(folder, _draw(log, pair, answers, rows))
     write_mission(folder / MISSION, log, pair)
@@ -127,7 +127,7 @@ def largest_rectangles(grid: OccupancyGrid) -> Sequence[Rectangle]:
 
 
 def verdict_in_words(row: Row) -> str:
-    """Say in words whether the answer of a row was right."""
+    """Return the outcome of a row in words."""
     known = {
         "right-accepted": "right",
         "wrong-accepted": "wrong",
@@ -141,7 +141,7 @@ def verdict_in_words(row: Row) -> str:
 def _draw(log: MissionLog, pair: MapPair, answers: dict[str, TimedAnswer], rows: Sequence[Row]) -> dict[str, Picture]:
     """Draw everything, by file name, the combined picture first."""
     if pair.pixels is None:
-        raise SimulationError("the two robots saw too little in common for a truth to draw")
+        raise SimulationError("the two robots saw too little in common: there is no truth to draw")
     drawn = {
         "world.png": (draw_world(log), "the simulated office, two robots"),
         "map_a.png": (draw_map(pair.a), f"robot A's map, {_size(pair.a)}"),
@@ -151,17 +151,21 @@ def _draw(log: MissionLog, pair: MapPair, answers: dict[str, TimedAnswer], rows:
         "rectangles_b.png": (draw_rectangles(pair.b, largest_rectangles(pair.b)), "B: largest rectangles"),
     }
     for row in rows:
-        found = answers[row["method"]].attempt.value
-        if found is not None and found.candidates:
-            picture = draw_overlay(pair.a, pair.b, found.candidates[0].pixels)
-            caption = f"B on A: {row['method']}, {found.verdict}, {verdict_in_words(row)}"
+        alignment = answers[row["method"]].attempt.value
+        if alignment is not None and alignment.candidates:
+            picture = draw_overlay(pair.a, pair.b, alignment.candidates[0].pixels)
+            caption = f"B on A: {row['method']}, {alignment.verdict}, {verdict_in_words(row)}"
             drawn[f"overlay_{row['method']}.png"] = picture, caption
     merged = {}
-    for label, given in answers.items():
-        if given.attempt.value:
-            grid = compose([pair.a, pair.b], [None, given.attempt.value.b_to_a]).grid
+    for label, answer in answers.items():
+        if answer.attempt.value:
+            grid = compose([pair.a, pair.b], [None, answer.attempt.value.b_to_a]).grid
             merged[f"merged_{label}.png"] = draw_map(grid)
-    return {"demo.png": combine(list(drawn.values())), **{name: one for name, (one, _) in drawn.items()}, **merged}
+    return {
+        "demo.png": combine(list(drawn.values())),
+        **{name: picture for name, (picture, _) in drawn.items()},
+        **merged,
+    }
 
 
 def combine(pictures: Sequence[tuple[Picture, str]], *, columns: int = 3) -> Picture:

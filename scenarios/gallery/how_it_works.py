@@ -1,4 +1,4 @@
-"""The pictures of docs/how-it-works.md: what the default method does with simulated maps, stage by stage."""
+"""Pictures of docs/how-it-works.md: the stages of the default method on simulated maps."""
 
 from __future__ import annotations
 
@@ -53,17 +53,17 @@ PEAKS, RING_PX, WHITE = 5, 10, (255, 255, 255)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Explained:
-    """A pair, what the method answers to it, and what it reads off both maps."""
+    """A pair, the method's answer, and the features of both maps."""
 
     pair: MapPair
-    found: Alignment
+    alignment: Alignment
     a: Features
     b: Features
     angle: float
 
     @classmethod
     def from_pair(cls, pair: MapPair) -> Explained:
-        """Ask the default method, and read the maps as it does.
+        """Run the default method on a pair, and extract its features.
 
         Raises
         ------
@@ -71,47 +71,47 @@ class Explained:
             If a map has no walls or no placement is found.
         """
         a, b = (extract_features(MapCells.from_values(trinary(grid))) for grid in (pair.a, pair.b))
-        found = align(pair.a, pair.b, scale="free")
-        if a is None or b is None or len(found.candidates) < 2:
-            raise SimulationError(f"{pair.pair_id}: nothing to explain: {found.reason}")
-        return cls(pair, found, a, b, dominant_angles(a)[0][0])
+        alignment = align(pair.a, pair.b, scale="free")
+        if a is None or b is None or len(alignment.candidates) < 2:
+            raise SimulationError(f"{pair.pair_id}: nothing to explain: {alignment.reason}")
+        return cls(pair, alignment, a, b, dominant_angles(a)[0][0])
 
     @property
     def best(self) -> Candidate:
         """The best candidate."""
-        return self.found.candidates[0]
+        return self.alignment.candidates[0]
 
     @property
     def sides(self) -> tuple[WallFaces, WallFaces]:
-        """The faces of A and of B, numbered alike under the best candidate."""
+        """Wall faces of A and of B, numbered alike under the best candidate."""
         return self.a.faces(self.angle), self.sides_of_b(self.best.pixels)
 
     def working(self, pixels: Similarity) -> Similarity:
-        """Turn a placement between the maps' pixels into one between the working grids."""
+        """Return the placement between working grids for one between the maps' pixels."""
         to_a, to_b = (Similarity(1 / each.factor, 0.0, *each.offset.tolist()) for each in (self.a, self.b))
         return to_a @ pixels @ to_b.inverse()
 
     def sides_of_b(self, pixels: Similarity) -> WallFaces:
-        """Sort the faces of B by the ways of A that a placement turns them to."""
+        """Return the wall faces of B, sorted by the directions of A under a placement."""
         return self.b.faces(self.angle - pixels.angle)
 
 
 def explain(folder: str | Path, *, force: bool = False, say: Callable[[str], None]) -> list[Path]:
-    """Make all pictures anew, from two simulated buildings, and return their files.
+    """Draw all pictures from two simulated buildings, and return their files.
 
     Raises
     ------
     InputError
-        If the folder holds earlier ones and `force` is off.
+        If the folder holds earlier pictures and `force` is off.
     SimulationError
         If a mission fails.
     """
     out = clear_folder(folder, () if force else NAMES, force=force)
     say("two robots explore an office ...")
     office = Explained.from_pair(office_pair())
-    say(f"{office.found.verdict}; two robots explore a ward of rooms that are all alike ...")
+    say(f"{office.alignment.verdict}; two robots explore a ward of rooms that are all alike ...")
     ward = Explained.from_pair(ward_pair())
-    say(f"{ward.found.verdict}; drawing ...")
+    say(f"{ward.alignment.verdict}; drawing ...")
     pictures = (draw_maps(office), draw_features(office), draw_shifts(office), draw_rivals(office), draw_ward(ward))
     for name, picture in zip(NAMES, pictures, strict=True):
         replace_file(out / name, small_png(picture))
@@ -133,14 +133,14 @@ def ward_pair() -> MapPair:
 
 
 def draw_maps(shown: Explained) -> Picture:
-    """Draw the two maps as they are given."""
+    """Draw both maps."""
     grids = shown.pair.a, shown.pair.b
     captions = [f"map {name}: {grid.shape[1]} x {grid.shape[0]} cells" for name, grid in zip("AB", grids, strict=True)]
     return side_by_side([draw_map(grid) for grid in grids], captions)
 
 
 def draw_features(shown: Explained) -> Picture:
-    """Draw both working grids: wall faces by the way they face, the best rectangles, and one room found in both."""
+    """Draw both working grids: wall faces by direction, the best rectangles, and one room of both."""
     sides = shown.sides
     maps = shown.a, shown.b
     frames = [
@@ -163,7 +163,7 @@ def draw_features(shown: Explained) -> Picture:
 
 
 def draw_shifts(shown: Explained) -> Picture:
-    """Draw what every shift of B on A scores in four quarter turns, and the highest peaks of the correlation."""
+    """Draw the scores of all shifts of B on A in four quarter turns, and the highest peaks of the correlation."""
     score = FaceScore.from_placement(shown.a, shown.b, shown.best.pixels)
     turn, size = float(score.given[0]), float(score.given[1])
     (height, width), beyond = shown.a.free.shape, math.ceil(shown.b.radius * math.exp(size))
@@ -183,15 +183,15 @@ def draw_shifts(shown: Explained) -> Picture:
 
 
 def draw_rivals(shown: Explained) -> Picture:
-    """Draw the best placement and the strongest of its rivals: which faces meet, and which are contradicted."""
-    best, rival = shown.found.candidates[:2]
+    """Draw the best placement and its strongest rival: matched and contradicted faces."""
+    best, rival = shown.alignment.candidates[:2]
     captions = [f"best placement: confidence {best.confidence:.2f}", f"strongest rival: {rival.confidence:.2f}"]
     return with_legend(side_by_side([draw_meetings(shown, each.pixels) for each in (best, rival)], captions), MEETINGS)
 
 
 def draw_ward(shown: Explained) -> Picture:
-    """Draw the same of a pair that cannot be told, and the truth beside them."""
-    best, rival = shown.found.candidates[:2]
+    """Draw the best placement and its rival on an ambiguous pair, and the truth."""
+    best, rival = shown.alignment.candidates[:2]
     if shown.pair.pixels is None:
         raise SimulationError(f"{shown.pair.pair_id}: the maps have no truth to draw")
     captions = [f"best: confidence {best.confidence:.2f}", f"rival: {rival.confidence:.2f}", "the truth"]
@@ -200,22 +200,22 @@ def draw_ward(shown: Explained) -> Picture:
 
 
 def draw_meetings(shown: Explained, pixels: Similarity) -> Picture:
-    """Draw the faces of both maps under a placement, in A's working grid, by what they meet in the other map."""
+    """Draw the faces of both maps under a placement, in A's working grid, by their match in the other map."""
     working = shown.working(pixels)
     on_a, on_b = shown.a.faces(shown.angle), shown.sides_of_b(pixels)
     canvas = _Canvas.from_features([(shown.a, Similarity()), (shown.b, working)])
-    told = [
+    points_by_kind = [
         (shown.a.walls, _meetings(on_a, on_b, working.inverse())),
         (working.apply(shown.b.walls), _meetings(on_b, on_a, working)),
     ]
     for kind, color in reversed(list(MEETINGS.items())):
-        for at, met in told:
-            canvas.dots(at[met == kind], color)
+        for points, kinds in points_by_kind:
+            canvas.dots(points[kinds == kind], color)
     return canvas.image
 
 
 def _meetings(mine: WallFaces, other: WallFaces, placement: Similarity) -> NDArray[np.str_]:
-    """Say which of `MEETINGS` each wall point makes that a placement takes to the other map, by its best face, (N,)."""
+    """Return the key of `MEETINGS` of each wall point that a placement takes to the other map, shape (N,)."""
     u, v = np.rint(placement.apply(mine.walls)).astype(np.intp).T
     height, width = other.free.shape
     is_inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
@@ -256,7 +256,7 @@ def _outline(box: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Canvas:
-    """A picture of working grids: the floor in white; `zoom` takes points of the first grid to its pixels."""
+    """Picture of working grids, the floor in white; `zoom` takes points of the first grid to its pixels."""
 
     image: Picture
     zoom: Similarity

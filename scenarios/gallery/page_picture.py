@@ -1,4 +1,4 @@
-"""Pictures of the pages under docs, small enough to be kept with the code."""
+"""Pictures of the pages under docs, encoded small."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ WIDTH, COLORS = 1200, 64  # of a picture, at the most
 
 
 def small_png(picture: Picture) -> bytes:
-    """Encode a picture at the width that a page shows, with a palette that keeps rare colours."""
+    """Encode a picture at the width of a page, with a palette that keeps rare colours."""
     image, packed = Image.fromarray(picture), io.BytesIO()
     image.thumbnail((WIDTH, WIDTH))
     few = image.quantize(COLORS, method=Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)

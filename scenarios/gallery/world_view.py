@@ -1,4 +1,4 @@
-"""World to view: made from a family or a file, described in text, drawn by PyBullet's camera."""
+"""View of a world: made from a family or a file, described in text, drawn by PyBullet's camera."""
 
 from __future__ import annotations
 
@@ -22,32 +22,32 @@ from sim.motion.driving import CELL_M, drivable
 from sim.world import World
 
 WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 1240, 420, 1640  # of a picture, pixels
-SLANT = 0.96  # of the ground's depth is left in a picture that is taken a little aside
+SLANT = 0.96  # share of the ground's depth in an oblique picture
 MARGIN = 0.08  # of the picture's width, above and below the building
 NAMED_ROOMS = 8
 
 
 def list_families() -> str:
-    """Tell what each family is and its knobs with their defaults, as a suite writes them; last those that all have."""
-    shared = _knobs(dataclasses.fields(WorldSpec))
+    """Return a text of every family and its parameters with defaults, in TOML; the shared ones last."""
+    shared = _parameters(dataclasses.fields(WorldSpec))
     lines = []
     for name, about in families().items():
         own = {
-            knob: value
-            for knob, value in _knobs(dataclasses.fields(FAMILIES[name])).items()
-            if shared.get(knob) != value
+            parameter: text
+            for parameter, text in _parameters(dataclasses.fields(FAMILIES[name])).items()
+            if shared.get(parameter) != text
         }
         lines += [f"{name}: {about}", f"    {', '.join(own.values())}"]
     return "\n".join([*lines, "every family, unless it says otherwise:", f"    {', '.join(shared.values())}"])
 
 
 def write_picture(what: str, output: Path | None, *, seed: int | None = None, resolution: float | None = None) -> str:
-    """Draw the world that `find_world` finds into a PNG file and return what there is to tell about it.
+    """Draw the world that `find_world` finds into a PNG file and return its description.
 
     Raises
     ------
     InputError
-        As `find_world`; also if no file, no PNG, or the read file itself is named to write, or it cannot be written.
+        As `find_world`; also if the output is missing, no PNG, the input itself, or cannot be written.
     SimulationError
         As `find_world`; also if PyBullet is missing.
     """
@@ -63,21 +63,21 @@ def write_picture(what: str, output: Path | None, *, seed: int | None = None, re
 
 
 def find_world(what: str, *, seed: int | None = None, resolution: float | None = None) -> World:
-    """Make the world that a family's name or a file stands for; a family wins over a file of its name.
+    """Make the world of a family or a file; a family wins over a file of its name.
 
     Parameters
     ----------
     what
         A family, or a file that `sim.importers.import_world` reads.
     seed
-        Of a family's building; None is 0.
+        Seed of a family's building; None is 0.
     resolution
-        Metres per pixel of a file that does not tell them.
+        Metres per pixel of a file without them.
 
     Raises
     ------
     InputError
-        If there is no such family or file, the file cannot be read, or an option does not go with it.
+        If there is no such family or file, the file cannot be read, or an option does not apply to it.
     SimulationError
         If no drivable building was found.
     """
@@ -94,14 +94,14 @@ def find_world(what: str, *, seed: int | None = None, resolution: float | None =
 
 
 def draw_world(world: World) -> NDArray[np.uint8]:
-    """Take the camera's picture of a world, as tall as its plan asks for; shape (height, 1240, 3), RGB."""
+    """Take the camera's picture of a world, as tall as its plan; shape (height, 1240, 3), RGB."""
     height = round(WIDTH * (SLANT * world.size[1] / world.size[0] + MARGIN))
     with physics(world) as engine:
         return engine.camera(WIDTH, min(MOST_HEIGHT, max(LEAST_HEIGHT, height)))
 
 
 def describe_world(world: World) -> str:
-    """Tell a world's size, rooms and doors in lines for the terminal."""
+    """Return a world's size, rooms and doors as lines for the terminal."""
     names = ", ".join(room.name for room in world.rooms[:NAMED_ROOMS])
     more = ", ..." if len(world.rooms) > NAMED_ROOMS else ""
     shut = sum(not door.is_open for door in world.doors)
@@ -117,7 +117,7 @@ def describe_world(world: World) -> str:
     return "\n".join(lines)
 
 
-def _knobs(fields: Iterable[dataclasses.Field[Any]]) -> dict[str, str]:
+def _parameters(fields: Iterable[dataclasses.Field[Any]]) -> dict[str, str]:
     """Return the fields that a suite can set, each as TOML with its default."""
     return {field.name: f"{field.name} = {json.dumps(field.default)}" for field in fields if field.init}
 

@@ -17,11 +17,11 @@ from scenarios.report.charts import COLOURS, MARKERS
 from scenarios.studies.headline import markdown
 
 PAGE, PLOT = "README.md", "growth.svg"
-Times = Mapping[str, Mapping[int, float]]  # what was timed, by name and by the side of the maps: seconds
+Times = Mapping[str, Mapping[int, float]]  # seconds by name and by the side of the maps, cells
 
 
 def write_growth(measured: Path, out: Path, *, force: bool = False) -> None:
-    """Write the page and the plot from what ``pytest tests/bench/bench_growth.py --benchmark-json`` wrote.
+    """Write the page and the plot from the JSON of ``pytest tests/bench/bench_growth.py --benchmark-json``.
 
     Raises
     ------
@@ -29,21 +29,21 @@ def write_growth(measured: Path, out: Path, *, force: bool = False) -> None:
         If the file holds no such times, or the folder holds an earlier page and `force` is off.
     """
     try:
-        told = json.loads(measured.read_text(encoding="utf-8"))
-        times = _times(told)
-        machine = f"{told['machine_info']['cpu']['brand_raw']}, Python {told['machine_info']['python_version']}"
+        record = json.loads(measured.read_text(encoding="utf-8"))
+        times = _times(record)
+        machine = f"{record['machine_info']['cpu']['brand_raw']}, Python {record['machine_info']['python_version']}"
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{measured}: not what bench_growth.py writes: {error}") from error
+        raise InputError(f"{measured}: no output of bench_growth.py: {error}") from error
     if not times:
         raise InputError(f"{measured}: holds no times of bench_growth.py")
     folder = clear_folder(out, [PAGE, PLOT], force=force)
     replace_file(folder / PLOT, plot(times).encode())
-    commit = str((told.get("commit_info") or {}).get("id") or "unknown")[:12]
+    commit = str((record.get("commit_info") or {}).get("id") or "unknown")[:12]
     replace_file(folder / PAGE, page(times, f"{machine}; commit {commit}").encode())
 
 
 def page(times: Times, machine: str) -> str:
-    """Lay the times out, with the power of the number of cells by which each grows."""
+    """Return the page: the times, and the power of the number of cells by which each grows."""
     sides = sorted({side for by_side in times.values() for side in by_side})
     rows = []
     for name, by_side in times.items():
@@ -69,7 +69,7 @@ def plot(times: Times) -> str:
 
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     axes = figure.add_subplot()
-    for k, (name, by_side) in enumerate((name, one) for name, one in times.items() if not name.startswith("stage")):
+    for k, (name, by_side) in enumerate(item for item in times.items() if not item[0].startswith("stage")):
         style: dict[str, Any] = {"color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)]}
         axes.plot(sorted(by_side), [by_side[side] for side in sorted(by_side)], label=name, lw=1.3, ms=5, **style)
     axes.set_xscale("log")
@@ -87,17 +87,17 @@ def plot(times: Times) -> str:
     return written.getvalue()
 
 
-def _times(told: Mapping[str, Any]) -> dict[str, dict[int, float]]:
+def _times(record: Mapping[str, Any]) -> dict[str, dict[int, float]]:
     times: dict[str, dict[int, float]] = {}
-    for bench in told["benchmarks"]:
-        noted = bench["extra_info"]
-        if "what" in noted and "side" in noted:
-            times.setdefault(str(noted["what"]), {})[int(noted["side"])] = float(bench["stats"]["min"])
+    for bench in record["benchmarks"]:
+        extra = bench["extra_info"]
+        if "what" in extra and "side" in extra:
+            times.setdefault(str(extra["what"]), {})[int(extra["side"])] = float(bench["stats"]["min"])
     return times
 
 
 def _power(by_side: Mapping[int, float]) -> str:
-    """Fit log time against log cells; 1 is linear in the number of cells."""
+    """Return the slope of log time against log cells; 1 is linear in the number of cells."""
     if len(by_side) < 2:
         return "-"
     cells = 2 * np.log(np.array(sorted(by_side), np.float64))

@@ -1,4 +1,4 @@
-"""The leaderboard in Markdown: a table for every suite and track, and whether simulation predicts reality."""
+"""Leaderboard in Markdown: a table for every suite and track, and the prediction of real results by simulation."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def page(runs: Runs) -> str:
     parts = [INTRODUCTION]
     for track_results in runs.tracks:
         parts += [f"## {track_results.name}\n", _size(track_results), leaderboard(track_results)]
-    return "\n".join([*parts, "## Does simulation predict reality?\n", prediction(runs.tracks), _made(runs)])
+    return "\n".join([*parts, "## Does simulation predict reality?\n", prediction(runs.tracks), _provenance(runs)])
 
 
 def leaderboard(track_results: TrackResults) -> str:
@@ -41,11 +41,11 @@ def leaderboard(track_results: TrackResults) -> str:
 
 def prediction(tracks: Sequence[TrackResults]) -> str:
     """Compare the ranking on simulated pairs with that on real ones, and success at equal overlap."""
-    told = [track_results for track_results in tracks if track_results.track == TRACKS[False]]
-    simulated = [track_results for track_results in told if track_results.suite == PREDICTING]
-    real = [track_results for track_results in told if track_results.suite in REAL]
+    unknown_scale = [track_results for track_results in tracks if track_results.track == TRACKS[False]]
+    simulated = [track_results for track_results in unknown_scale if track_results.suite == PREDICTING]
+    real = [track_results for track_results in unknown_scale if track_results.suite in REAL]
     if not simulated or not real:
-        return f"Not told: this page holds no run of {PREDICTING}, or none of real pairs.\n"
+        return f"Unknown: this page holds no run of {PREDICTING}, or none of real pairs.\n"
     of_simulated, of_real = successes(simulated), successes(real)
     labels = [label for label in of_simulated if label in of_real]
     scores = [[rates[label].value or 0.0 for label in labels] for rates in (of_simulated, of_real)]
@@ -65,9 +65,9 @@ def _size(track_results: TrackResults) -> str:
     return f"{len(pairs)} pairs from {len(places)} places.\n"
 
 
-def _made(runs: Runs) -> str:
-    commits = sorted({one.commit[:12] for one in runs.provenance})
-    machines = sorted({one.machine for one in runs.provenance})
+def _provenance(runs: Runs) -> str:
+    commits = sorted({record.commit[:12] for record in runs.provenance})
+    machines = sorted({record.machine for record in runs.provenance})
     return f"## How it was made\n\n    make results\n\nCommit {', '.join(commits)}; {'; '.join(machines)}.\n"
 
 

@@ -14,25 +14,25 @@ from scenarios.suites.suite import load_suite
 
 SUITES = ("standard", "headline", "sweep-overlap", "sweep-noise", "sweep-scale", "sweep-accuracy", "sweep-drift")
 REAL = ("real_maps", "real_lasers")
-TESTED = {"standard": "test"}  # the split that is shown; the other was for choosing parameters
+TESTED = {"standard": "test"}  # the split on the page; the other chose the parameters
 BOTH_TRACKS = ("standard",)
 SETS, RUNS = "sets", "runs"
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """One run: of everybody on the pairs of a suite or of a real data set.
+    """One run of all entrants on the pairs of a suite or of a real data set.
 
     Parameters
     ----------
     name
         The suite's or data set's name.
     folder
-        Of the data set.
+        Folder of the data set.
     knows_scale
-        Whether methods are told the scale.
+        Whether methods get the true scale.
     is_simulated
-        Whether the data set is to be made where it is not there yet.
+        Whether the data set is generated where it is missing.
     """
 
     name: str
@@ -42,11 +42,11 @@ class Stage:
 
     @property
     def run_name(self) -> str:
-        """Of the run's folder."""
+        """Name of the run's folder."""
         return f"{self.name}-known" if self.knows_scale else self.name
 
     def plan(self) -> RunPlan:
-        """Plan the run of all entrants on the pairs that are shown."""
+        """Plan the run of all entrants on the pairs on the page."""
         target = self.folder / TESTED.get(self.name, "")
         return plan_run(str(target), [EVERYBODY], knows_scale=self.knows_scale)
 
@@ -59,23 +59,23 @@ def stages(out: Path, maps: Path | None, suites: Sequence[str] = SUITES) -> list
     out
         The folder that holds ``sets/`` and ``runs/``.
     maps
-        The folder that holds the real data sets; None leaves them out.
+        The folder of the real data sets; None leaves them out.
     suites
-        The simulated ones.
+        Names of the simulated suites.
 
     Raises
     ------
     InputError
-        If there is no such suite, or a real data set is not in its folder: before hours have passed.
+        If a suite or a real data set does not exist, before any run begins.
     """
-    found = []
+    planned = []
     for name in suites:
         load_suite(name)
         tracks = (False, True) if name in BOTH_TRACKS else (False,)
-        found += [Stage(name, out / SETS / name, knows_scale, True) for knows_scale in tracks]
+        planned += [Stage(name, out / SETS / name, knows_scale, True) for knows_scale in tracks]
     if maps is not None:
         for name in REAL:
             if not is_dataset(maps / name):
                 raise InputError(f"{maps}: must hold the data sets {' and '.join(REAL)}; there is no {name}")
-        found += [Stage(name, maps / name, False, False) for name in REAL]
-    return found
+        planned += [Stage(name, maps / name, False, False) for name in REAL]
+    return planned

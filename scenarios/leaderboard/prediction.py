@@ -14,8 +14,8 @@ from scenarios.scoring.statistics import Rate
 OVERLAPS = (0.15, 0.3, 0.5, 0.7, 1.0001)
 
 
-def kendall_tau(one: Sequence[float], two: Sequence[float]) -> float:
-    """Return Kendall's rank correlation tau-b of two scores of the same things; not a number where all are equal.
+def kendall_tau(first: Sequence[float], second: Sequence[float]) -> float:
+    """Return Kendall's rank correlation tau-b of two scores of the same items; NaN where all are equal.
 
     Notes
     -----
@@ -28,7 +28,7 @@ def kendall_tau(one: Sequence[float], two: Sequence[float]) -> float:
     >>> round(kendall_tau([1, 2, 2], [1, 2, 3]), 3)
     0.816
     """
-    pairs = list(combinations(zip(one, two, strict=True), 2))
+    pairs = list(combinations(zip(first, second, strict=True), 2))
     signs = [((x > y) - (x < y), (u > v) - (u < v)) for (x, u), (y, v) in pairs]
     untied = math.prod(sum(sign[k] != 0 for sign in signs) for k in (0, 1))
     return sum(x * u for x, u in signs) / math.sqrt(untied) if untied else math.nan
@@ -51,9 +51,9 @@ def matched_overlap(tracks: Sequence[TrackResults]) -> Mapping[str, list[Rate]]:
 
 
 def _required(tracks: Sequence[TrackResults]) -> dict[str, list[Row]]:
-    found: dict[str, list[Row]] = {}
+    required: dict[str, list[Row]] = {}
     for track_results in tracks:
         for row in track_results.rows:
             if row["stratum"] == "required":
-                found.setdefault(row["method"], []).append(row)
-    return found
+                required.setdefault(row["method"], []).append(row)
+    return required

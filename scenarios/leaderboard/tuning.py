@@ -23,16 +23,16 @@ SCORE, THRESHOLD = "score", "accept_at"  # in a candidate's evidence; the field 
 
 @dataclass(frozen=True, slots=True)
 class Threshold:
-    """A threshold of acceptance, and how many more answers it accepts that are right than wrong."""
+    """Threshold of acceptance, and its worth: right less wrong answers that it accepts."""
 
     accept_at: float
     worth: int
 
 
 def best_threshold(rows: Sequence[Row]) -> Threshold | None:
-    """Find the threshold at which the scores of a configuration's answers are worth most; None where none are told.
+    """Find the threshold at which the scores of a configuration's answers are worth most; None without scores.
 
-    Of equals the highest: it accepts least. The highest score itself is always accepted: its method allows no more.
+    Of equal ones the highest, which accepts least. The highest score itself is always accepted.
 
     Examples
     --------
@@ -56,22 +56,26 @@ def best_threshold(rows: Sequence[Row]) -> Threshold | None:
 
 
 def tuned_contender(entrant: Entrant, configurations: Sequence[ContenderSpec], rows: Sequence[Row]) -> ContenderSpec:
-    """Take of an entrant's configurations, run as `entrant.configurations` gave them, the one that is worth most.
+    """Return the configuration of an entrant, of those of `entrant.configurations`, that is worth most.
 
     Raises
     ------
     InputError
-        If none of them told a score.
+        If no answer has a score.
     """
-    found = [(one, best_threshold([row for row in rows if row["method"] == one.label])) for one in configurations]
-    told = [(one, threshold) for one, threshold in found if threshold is not None and threshold.accept_at > 0]
-    if not told:
-        raise InputError(f"{entrant.label}: no answer tells a score: a method to be tuned names one in its evidence")
-    best, threshold = max(told, key=lambda pair: pair[1].worth)
+    thresholds = [best_threshold([row for row in rows if row["method"] == spec.label]) for spec in configurations]
+    scored = [
+        (spec, threshold)
+        for spec, threshold in zip(configurations, thresholds, strict=True)
+        if threshold is not None and threshold.accept_at > 0
+    ]
+    if not scored:
+        raise InputError(f"{entrant.label}: no answer has a score: a method to be tuned puts one into its evidence")
+    best, threshold = max(scored, key=lambda item: item[1].worth)
     fields = {**best.set, THRESHOLD: float(f"{threshold.accept_at:.4g}")}
     return ContenderSpec(label=f"{entrant.label}-tuned", method=entrant.method, set=fields)
 
 
 def as_table(contenders: Sequence[ContenderSpec]) -> Mapping[str, Any]:
-    """Lay contenders out as ``tuned.toml`` has them."""
-    return {"contenders": [{"label": one.label, "method": one.method, "set": dict(one.set)} for one in contenders]}
+    """Return contenders in the form of ``tuned.toml``."""
+    return {"contenders": [{"label": spec.label, "method": spec.method, "set": dict(spec.set)} for spec in contenders]}

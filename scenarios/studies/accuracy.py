@@ -23,7 +23,7 @@ ERROR_GROWTH_AT_MOST = 1.2
 
 
 def real_tasks(maps: str | Path) -> dict[str, list[PairSource]]:
-    """Return what is run on real maps, by name.
+    """Return the sources of real pairs, by name.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def real_tasks(maps: str | Path) -> dict[str, list[PairSource]]:
     Raises
     ------
     DatasetError
-        If one of the data sets is not there, or does not keep the layout.
+        If a data set does not exist, or does not keep the layout.
     """
     hand_held, lasers = (open_dataset(Path(maps) / name) for name in ("real_maps", "real_lasers"))
     unrelated = [source for source in hand_held if isinstance(source, RowSource) and not source.related]
@@ -53,12 +53,12 @@ def real_tasks(maps: str | Path) -> dict[str, list[PairSource]]:
 
 
 def simulated_tasks(names: Sequence[str] = SUITES) -> dict[str, list[PairSource]]:
-    """Return what is run in simulation, by the suite's name."""
+    """Return the sources of simulated pairs, by the suite's name."""
     return {name: [*load_suite(name).sources()] for name in names}
 
 
 def group_of(row: Row) -> str:
-    """Name the line of the table that a row counts in.
+    """Return the group of a row, a line of the table.
 
     A row whose pair could not be made has nothing but its suite's name, and counts under that.
     """
@@ -71,7 +71,7 @@ def group_of(row: Row) -> str:
 
 
 def grouped(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """Sort rows into the lines of the table, in the order in which they were run."""
+    """Return rows by group, in the order in which they were run."""
     groups: dict[str, list[Row]] = {}
     for row in rows:
         groups.setdefault(group_of(row), []).append(row)
@@ -88,12 +88,12 @@ def count(rows: Sequence[Row]) -> Counter[str]:
 
 
 def is_right(row: Row) -> bool:
-    """Say whether the best candidate is right by DESIGN's rule; nothing is right of an unrelated pair."""
+    """Return whether the best candidate is right; none of an unrelated pair is."""
     return row["stratum"] != "unrelated" and is_best_right(row)
 
 
 def median_error_px(rows: Sequence[Row]) -> float | None:
-    """Return the median error of the best candidates in cells of A; a row without candidate is as bad as can be.
+    """Return the median error of the best candidates in cells of A; a row without candidate counts as worst.
 
     None where there is no truth to measure against, or half of the rows have no candidate.
     """
@@ -103,7 +103,7 @@ def median_error_px(rows: Sequence[Row]) -> float | None:
 
 
 def baseline_of(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return what a later run is held to: plain data for a small JSON file."""
+    """Return the baseline of later runs: plain data for a small JSON file."""
     lines = {}
     for name, group in grouped(rows).items():
         counts = count(group)
@@ -117,10 +117,10 @@ def baseline_of(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def regressions(rows: Sequence[Row], baseline: Mapping[str, Any]) -> list[str]:
-    """Say where rows are worse than a baseline, one line each; empty where nowhere.
+    """Return the regressions of rows against a baseline, one line each.
 
     A group may lose one right and accepted pair, may accept nothing that is wrong, and its median error may grow by
-    20 %. A group that the baseline does not know, or with another number of pairs, is a regression too.
+    20 %. A group that the baseline lacks, or has with another number of pairs, is a regression too.
     """
     worse = []
     for name, new in baseline_of(rows)["groups"].items():

@@ -19,8 +19,8 @@ from scenarios.scoring.summary import STRATA, strata_of
 RATE_TOLERANCE = 0.02  # of the pairs
 ERROR_TOLERANCE = 0.10  # of the baseline's median error,
 ERROR_TOLERANCE_PX = 0.05  # and this many cells
-Rate = tuple[str, tuple[Outcome, ...], int]  # what is counted, its outcomes, which way is better
-RIGHT_ANSWER: dict[str, tuple[Rate, ...]] = {  # by stratum, where it is not to accept the right placement
+Rate = tuple[str, tuple[Outcome, ...], int]  # name, outcomes, sign of improvement
+RIGHT_ANSWER: dict[str, tuple[Rate, ...]] = {  # by stratum, where the right answer is not to accept
     "unidentifiable": (("ambiguous, with the truth", ("ambiguous-with-truth",), +1),),
     "unrelated": (),
 }
@@ -32,8 +32,8 @@ RATES: tuple[Rate, ...] = (
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
-    """What is kept of a row."""
+class Compared:
+    """Columns of a row that are compared."""
 
     place: str
     strata: tuple[str, ...]
@@ -43,14 +43,14 @@ class Kept:
 
 @dataclass(frozen=True, slots=True)
 class ComparisonLine:
-    """A line of a table: one figure under both runs.
+    """Line of a table: one measure in both runs.
 
     Parameters
     ----------
     method, stratum, n, what
-        Of which rows it is the figure.
+        The rows, their number, and the name of the measure.
     before, now, difference
-        As shown.
+        As text.
     is_regression
         Whether it became worse by more than the tolerance.
     """
@@ -74,14 +74,14 @@ class Comparison:
 
     @property
     def regressions(self) -> list[ComparisonLine]:
-        """The lines that became worse by more than the tolerance."""
+        """Lines that became worse by more than the tolerance."""
         return [line for line in self.lines if line.is_regression]
 
     def page(self) -> str:
-        """Lay it out as Markdown."""
+        """Return the comparison in Markdown."""
         worse = [f"{line.method}, {line.stratum}: {line.what}" for line in self.regressions]
-        said = f"**Regression**: {'; '.join(worse)}." if worse else "No regression."
-        parts = [said, *self.notes]
+        verdict = f"**Regression**: {'; '.join(worse)}." if worse else "No regression."
+        parts = [verdict, *self.notes]
         for method in dict.fromkeys(line.method for line in self.lines):
             parts += [f"### {method}", "\n".join(_table([line for line in self.lines if line.method == method]))]
         return "\n\n".join([*parts, _legend()])
@@ -98,9 +98,9 @@ def compare_runs(run: str | Path, baseline: str | Path) -> Comparison:
     Raises
     ------
     InputError
-        If one of them is no finished run, or they have no method and pair in common.
+        If one of them is no finished run, or they share no method and pair.
     """
-    now, before = _kept(Path(run)), _kept(Path(baseline))
+    now, before = _read_rows(Path(run)), _read_rows(Path(baseline))
     common = [key for key in before if key in now]
     if not common:
         raise InputError(f"{run} and {baseline} have no pair and method in common")
@@ -111,34 +111,34 @@ def compare_runs(run: str | Path, baseline: str | Path) -> Comparison:
             if keys:
                 lines += _lines(method, stratum, [now[key] for key in keys], [before[key] for key in keys])
     notes = [
-        f"{len(mine) - len(common)} of {len(mine)} rows of the {name} have no partner and are left out."
-        for name, mine in (("run", now), ("baseline", before))
-        if len(mine) > len(common)
+        f"{len(rows) - len(common)} of {len(rows)} rows of the {name} have no partner and are left out."
+        for name, rows in (("run", now), ("baseline", before))
+        if len(rows) > len(common)
     ]
     return Comparison(lines, notes)
 
 
-def _kept(path: Path) -> dict[tuple[str, str], Kept]:
-    """Read what is compared of a run, by method and pair."""
+def _read_rows(path: Path) -> dict[tuple[str, str], Compared]:
+    """Read the compared columns of a run, by method and pair."""
     file = path / RESULTS if path.is_dir() else path
     if not file.is_file() or (path.is_dir() and not (path / SUMMARY).is_file()):
         raise InputError(f"{path}: no finished run; name its folder or its {RESULTS}")
     kept = {}
     for row in read_row_file(file):
         try:
-            kept[row["method"], row["pair_id"]] = _of(row)
+            kept[row["method"], row["pair_id"]] = _compared(row)
         except (KeyError, TypeError) as error:
             raise InputError(f"{file}: not the rows of a run: {error}") from error
     return kept
 
 
-def _of(row: Mapping[str, Any]) -> Kept:
-    return Kept(
+def _compared(row: Mapping[str, Any]) -> Compared:
+    return Compared(
         row["place"], strata_of(row), row["outcome"], float(row["errors"]["e_px"]) if row["errors"] else math.inf
     )
 
 
-def _lines(method: str, stratum: str, now: Sequence[Kept], before: Sequence[Kept]) -> Iterator[ComparisonLine]:
+def _lines(method: str, stratum: str, now: Sequence[Compared], before: Sequence[Compared]) -> Iterator[ComparisonLine]:
     places, n = [row.place for row in before], len(before)
     for what, outcomes, better in (*RIGHT_ANSWER.get(stratum, ACCEPTED), *RATES):
         hits = [[float(row.outcome in outcomes) for row in rows] for rows in (now, before)]
@@ -150,14 +150,16 @@ def _lines(method: str, stratum: str, now: Sequence[Kept], before: Sequence[Kept
         yield line
 
 
-def _error_line(method: str, stratum: str, now: Sequence[Kept], before: Sequence[Kept]) -> ComparisonLine | None:
+def _error_line(
+    method: str, stratum: str, now: Sequence[Compared], before: Sequence[Compared]
+) -> ComparisonLine | None:
     """Compare the errors of the pairs that both have right, with the interval of their mean log ratio."""
     both = [(a, b) for a, b in zip(now, before, strict=True) if a.outcome == b.outcome == "right-accepted"]
     if not both:
         return None
     new, old = (np.array([row.e_px for row in rows]) for rows in zip(*both, strict=True))
     medians = float(np.median(new)), float(np.median(old))
-    logs = [np.log(np.maximum(errors, ERROR_TOLERANCE_PX)) for errors in (new, old)]  # below it all are as good
+    logs = [np.log(np.maximum(errors, ERROR_TOLERANCE_PX)) for errors in (new, old)]  # smaller errors count as equal
     ratios = np.exp(clustered_difference(logs[0].tolist(), logs[1].tolist(), [row.place for row, _ in both]))
     mean, low, high = 100 * (ratios - 1)
     worse = medians[0] > medians[1] + max(ERROR_TOLERANCE * medians[1], ERROR_TOLERANCE_PX)

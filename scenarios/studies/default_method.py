@@ -1,4 +1,4 @@
-"""The results of the default method: every row run by one command, which writes the page and the baseline."""
+"""Results of the default method: all rows run by one command, the page and the baseline."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ ABLATED_VARIANTS = ("sensor-hard", "layout-hard", "laser", "negative")  # of the
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
-    """What the command runs: tasks by name, the sources of the ablation, and how many rows that makes."""
+class StudyPlan:
+    """Tasks by name, the sources of the ablation, and the number of rows."""
 
     tasks: Mapping[str, Sequence[PairSource]]
     ablated: Sequence[PairSource]
 
     @classmethod
-    def from_folder(cls, maps: str | Path) -> Plan:
-        """Plan the rows on the real maps in a folder, and on the simulator's suites."""
+    def from_folder(cls, maps: str | Path) -> StudyPlan:
+        """Plan the rows on the real maps in a folder, and on simulated suites."""
         real = real_tasks(maps)
         kept = [
             source
@@ -48,27 +48,31 @@ class Plan:
         return cls({**real, **simulated_tasks()}, kept)
 
     @property
-    def rows(self) -> int:
-        """How many rows the whole makes."""
+    def row_count(self) -> int:
+        """Number of rows of all tasks and ablations."""
         pairs = sum(len(source.pair_ids) for sources in self.tasks.values() for source in sources)
         return pairs + len(ABLATIONS) * len(self.ablated)
 
 
 def write_results(
-    plan: Plan, out: str | Path, *, force: bool = False, on_rows: Callable[[Sequence[Row]], None] = lambda rows: None
+    plan: StudyPlan,
+    out: str | Path,
+    *,
+    force: bool = False,
+    on_rows: Callable[[Sequence[Row]], None] = lambda rows: None,
 ) -> None:
     """Run every row in this process, on one core, and write the page and the baseline.
 
     Parameters
     ----------
     plan
-        What is run.
+        Tasks and ablations.
     out
-        Folder for ``README.md`` and ``baseline.json``; the rows go into ``run/`` below it, a run's folder each.
+        Folder for ``README.md`` and ``baseline.json``; the rows go into ``run/``, one run's folder per task.
     force
-        Clear the earlier runs in it. Without it an interrupted command goes on, by the code as it is now.
+        Clear earlier runs in the folder. Otherwise an interrupted command is resumed, by the present code.
     on_rows
-        Told of the rows as they come.
+        Called with rows as they come.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The page of the default method's results: the table, what was missed, the confidence, what each stage earns."""
+"""Page of the default method's results: the table, missed pairs, the confidence, and the ablations."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ LINES = (
 
 
 def page(rows: Sequence[Row], ablated: Mapping[str, Sequence[Row]], machine: Mapping[str, Any]) -> str:
-    """Lay the results out as Markdown: the table, what was missed, the confidence, the ablations, how it was made."""
+    """Return the page in Markdown: the table, missed pairs, the confidence, the ablations, and provenance."""
     parts = [
         INTRODUCTION,
         results_table(grouped(rows)),
@@ -76,7 +76,7 @@ def page(rows: Sequence[Row], ablated: Mapping[str, Sequence[Row]], machine: Map
 
 
 def results_table(groups: Mapping[str, Sequence[Row]]) -> str:
-    """Count every group, and the sums of groups that an aim is set for; a group no line names gets its own."""
+    """Count every group, and the sums of groups with an aim; a group without a line gets its own."""
     named = {group for line in LINES for group in line.groups}
     lines = [*LINES, *(GroupLine(name, (name,), "") for name in groups if name not in named)]
     cells = []
@@ -131,7 +131,7 @@ def missed_table(rows: Sequence[Row]) -> str:
 
 
 def brier_line(rows: Sequence[Row]) -> str:
-    """Tell the Brier score, beside that of a confidence that always says the share of right answers."""
+    """Return the Brier score, and that of a constant confidence: the share of right answers."""
     confidence, right = answered(rows)
     if not len(right):
         return "No answers.\n"
@@ -178,8 +178,8 @@ def ablation_table(ablated: Mapping[str, Sequence[Row]]) -> str:
         cells.append(
             (
                 name,
-                *(f"{one['right-accepted']} of {len(part)}" for one, part in zip(counts, parts, strict=True)),
-                str(sum(one["right"] for one in counts)),
+                *(f"{group['right-accepted']} of {len(part)}" for group, part in zip(counts, parts, strict=True)),
+                str(sum(group["right"] for group in counts)),
                 str(count(rows)["wrong-accepted"]),
                 *(_number(median_error_px(part)) for part in parts),
                 _number(_median_seconds(rows)),
@@ -190,7 +190,7 @@ def ablation_table(ablated: Mapping[str, Sequence[Row]]) -> str:
 
 
 def _median_seconds(rows: Sequence[Row]) -> float | None:
-    """Median processor time of an answer: what it takes of one core that does nothing else."""
+    """Return the median processor time of an answer, on one core."""
     seconds = [row["seconds"]["cpu"] for row in rows if row["seconds"] and row["seconds"]["cpu"] is not None]
     return float(np.median(seconds)) if seconds else None
 

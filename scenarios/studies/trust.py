@@ -1,4 +1,4 @@
-"""What the default method's verdict is worth, from runs of the suites `trust`, `repetitive` and `standard`: a page."""
+"""Trust in the default method's verdict: a page from runs of `trust`, `repetitive` and `standard`."""
 
 from __future__ import annotations
 
@@ -35,22 +35,22 @@ def write_page(runs: Sequence[Path], out: Path) -> None:
     Raises
     ------
     InputError
-        If a folder holds no run, or the rows of none are of the method.
+        If a folder holds no run, or no row is of the method.
     """
     rows = [row for run in runs for row in read_rows(run) if row["method"] == METHOD]
     tested = [row for row in rows if (row["info"] or {}).get("split", "test") == "test"]
     if not tested:
         raise InputError(f"no rows of {METHOD} in the split test in {', '.join(map(str, runs))}")
-    made = {str(run): json.loads((run / MACHINE).read_text()).get("commit") or "unknown" for run in runs}
-    replace_file(out, page(tested, made).encode())
+    commits = {str(run): json.loads((run / MACHINE).read_text()).get("commit") or "unknown" for run in runs}
+    replace_file(out, page(tested, commits).encode())
 
 
-def page(rows: Sequence[Row], made: Mapping[str, str]) -> str:
-    """Lay out the page; `made` tells of each run's folder the commit that made it."""
+def page(rows: Sequence[Row], commits: Mapping[str, str]) -> str:
+    """Return the page; `commits` holds the commit of each run's folder."""
     parts = [
         INTRODUCTION,
-        "    rectbench trust " + " ".join(made) + " -o results/trust/README.md\n",
-        "Runs: " + ", ".join(f"{run} by commit {commit}" for run, commit in made.items()) + ".\n",
+        "    rectbench trust " + " ".join(commits) + " -o results/trust/README.md\n",
+        "Runs: " + ", ".join(f"{run} by commit {commit}" for run, commit in commits.items()) + ".\n",
         "## Pairs of one place, by overlap\n\n" + OVERLAP_EXPLAINED,
         overlap_table([row for row in rows if row["suite"] == "trust"]),
         "## Exactness of rigid pairs\n\n" + EXACT_EXPLAINED,
@@ -68,7 +68,7 @@ def page(rows: Sequence[Row], made: Mapping[str, str]) -> str:
 
 
 def overlap_table(rows: Sequence[Row]) -> str:
-    """Count what became of related pairs, by overlap, and by whether the exact maps tell their place."""
+    """Count outcomes of related pairs, by overlap and by identifiability."""
     cells = []
     for low, high in LOW:
         held = [row for row in rows if row["overlap"] is not None and low <= row["overlap"] < high]
@@ -78,7 +78,7 @@ def overlap_table(rows: Sequence[Row]) -> str:
 
 
 def exactness_table(rows: Sequence[Row]) -> str:
-    """Tell how far right answers to rigid pairs of overlap 0.35 and more are from the truth."""
+    """Tabulate the errors of right answers to rigid pairs of overlap 0.35 and more."""
     rigid = [
         row
         for row in rows
@@ -94,17 +94,17 @@ def exactness_table(rows: Sequence[Row]) -> str:
 
 
 def repetitive_table(rows: Sequence[Row]) -> str:
-    """Count what became of wards of like rooms, by how far rooms stand off their places."""
+    """Count outcomes of wards of equal rooms, by the offset of the rooms."""
     cells = []
     for name in sorted({row["pair_id"].rsplit("-", 2)[0] for row in rows}):
         part = [row for row in rows if row["pair_id"].rsplit("-", 2)[0] == name]
-        for kind, some in (("identifiable", _identifiable(part)), ("not", _identifiable(part, False))):
-            cells.append((name, kind, *_outcomes(some)))
+        for kind, rows_of_kind in (("identifiable", _identifiable(part)), ("not", _identifiable(part, False))):
+            cells.append((name, kind, *_outcomes(rows_of_kind)))
     return markdown(("rooms", "exact maps", *OUTCOMES), cells)
 
 
 def unrelated_table(rows: Sequence[Row]) -> str:
-    """Count what became of unrelated pairs, by kind."""
+    """Count outcomes of unrelated pairs, by kind."""
     kinds = sorted({_kind(row) for row in rows})
     cells = []
     for kind in kinds:
@@ -116,7 +116,7 @@ def unrelated_table(rows: Sequence[Row]) -> str:
 
 
 def calibration_line(rows: Sequence[Row]) -> str:
-    """Tell the Brier score and the expected calibration error, with the share of negatives."""
+    """Return the Brier score and the expected calibration error as text, with the share of negatives."""
     confidence, right = answered(rows)
     unrelated = sum(row["stratum"] == "unrelated" for row in rows if row["verdict"])
     return (
@@ -127,7 +127,7 @@ def calibration_line(rows: Sequence[Row]) -> str:
 
 
 def calibration_error(confidence: NDArray[np.float64], right: NDArray[np.float64]) -> float:
-    """Expected calibration error in bins of equal count: the mean distance of confidence and share that is right.
+    """Return the expected calibration error: the mean of |confidence - share right| over bins of equal count.
 
     Examples
     --------
@@ -154,9 +154,9 @@ def reliability_table(rows: Sequence[Row]) -> str:
 
 def answered(rows: Sequence[Row]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the confidence of rows with a verdict, and 1.0 where the best candidate is right."""
-    told = [row for row in rows if row["verdict"]]
-    right = np.array([is_right(row) for row in told], np.float64)
-    return np.array([row["confidence"] for row in told], np.float64), right
+    with_verdict = [row for row in rows if row["verdict"]]
+    right = np.array([is_right(row) for row in with_verdict], np.float64)
+    return np.array([row["confidence"] for row in with_verdict], np.float64), right
 
 
 def wrong_table(rows: Sequence[Row]) -> str:
@@ -194,7 +194,7 @@ def _outcomes(rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def _identifiable(rows: Sequence[Row], wanted: bool = True) -> list[Row]:
-    """Rows of pairs whose exact maps tell their place, or do not; what is not known counts as telling it."""
+    """Return the rows of identifiable pairs, or of the others; unknown counts as identifiable."""
     return [row for row in rows if (row["info"] or {}).get("identifiable", True) == wanted]
 
 
@@ -203,7 +203,7 @@ def _kind(row: Row) -> str:
 
 
 def _coarseness(row: Row) -> float:
-    """Cells of A per cell of the coarser map."""
+    """Return the cells of A per cell of the coarser map."""
     info: Mapping[str, Any] = row["info"] or {}
     return max(1.0, float(info["resolution_b"]) / float(info["resolution_a"]))
 

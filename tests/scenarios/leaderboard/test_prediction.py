@@ -73,7 +73,7 @@ def test_overlaps_are_matched_in_bins():
 def test_without_real_pairs_the_page_says_that_nothing_is_predicted():
     text = page(runs(track_results("standard", {"one": 9, "two": 5})))
 
-    assert "Not told" in text
+    assert "Unknown" in text
     assert text.index("| one | 9 of 10") < text.index("| two | 5 of 10")
     assert "Commit 0123456789ab; a machine." in text
 

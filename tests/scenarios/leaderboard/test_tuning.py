@@ -69,7 +69,7 @@ def test_the_configuration_that_is_worth_most_is_taken_with_its_threshold():
 
 
 def test_a_method_that_tells_no_score_cannot_be_tuned():
-    with pytest.raises(InputError, match="no answer tells a score"):
+    with pytest.raises(InputError, match="no answer has a score"):
         tuned_contender(OPEN, OPEN.configurations(1), [row(None, None)])
 
 

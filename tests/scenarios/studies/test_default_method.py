@@ -8,7 +8,7 @@ from scenarios.bench.run import read_rows
 from scenarios.cli.main import app
 from scenarios.studies.ablation import ABLATIONS
 from scenarios.studies.accuracy import regressions
-from scenarios.studies.default_method import Plan, write_results
+from scenarios.studies.default_method import StudyPlan, write_results
 from scenarios.studies.default_method_page import (
     ablation_table,
     brier_line,
@@ -51,7 +51,7 @@ def cells(table, start):
 def test_one_call_runs_every_row_and_writes_the_page_and_a_baseline_it_meets(tmp_path):
     seen = []
 
-    write_results(Plan(SOURCES, [Source()]), tmp_path / "out", on_rows=seen.extend)
+    write_results(StudyPlan(SOURCES, [Source()]), tmp_path / "out", on_rows=seen.extend)
 
     rows = read_rows(tmp_path / "out/run/made")
     page = (tmp_path / "out/README.md").read_text()
@@ -65,7 +65,7 @@ def test_one_call_runs_every_row_and_writes_the_page_and_a_baseline_it_meets(tmp
 
 
 def test_earlier_results_are_refused_and_replaced_when_forced(tmp_path):
-    plan = Plan({"made": [Source()]}, [])
+    plan = StudyPlan({"made": [Source()]}, [])
     write_results(plan, tmp_path)
 
     with pytest.raises(InputError, match="--force"):
@@ -86,7 +86,7 @@ def test_a_plan_holds_every_pair_of_the_real_maps_and_three_rescales_of_each_unr
     write(tmp_path / "real_maps", [*related, {**UNRELATED, "pair_id": "q", "variant": "negative"}])
     write(tmp_path / "real_lasers", [{**ROW, "variant": "laser"}])
 
-    plan = Plan.from_folder(tmp_path)
+    plan = StudyPlan.from_folder(tmp_path)
 
     ids = {name: [pair_id for source in sources for pair_id in source.pair_ids] for name, sources in plan.tasks.items()}
     assert ids["real_maps"] == ["r0", "r1"]
@@ -94,7 +94,7 @@ def test_a_plan_holds_every_pair_of_the_real_maps_and_three_rescales_of_each_unr
     assert ids["real_lasers"] == ["p"]
     assert [source.source_id for source in plan.ablated] == ["r0", "r1", "p"]
     assert (len(ids["smoke"]), len(ids["headline"])) == (10, 100)
-    assert plan.rows == 2 + 3 + 1 + 110 + 3 * len(ABLATIONS)
+    assert plan.row_count == 2 + 3 + 1 + 110 + 3 * len(ABLATIONS)
 
 
 def test_the_table_counts_every_outcome_and_sums_up_what_an_aim_is_set_for():
