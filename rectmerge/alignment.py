@@ -249,7 +249,17 @@ class Method(Protocol):
 
 
 class Certificate(Protocol):
-    """Proof, or counterexample, that no other placement scores nearly as well as an accepted one."""
+    """Proof, or counterexample, that no other placement scores nearly as well as an accepted one; true if a proof."""
+
+    @property
+    def counterexample(self) -> Similarity | None:
+        """Another placement that scores nearly as well, between the pixel centres."""
+
+    @property
+    def seconds(self) -> float:
+        """Wall time."""
+
+    def __bool__(self) -> bool: ...
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""

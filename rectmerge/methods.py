@@ -5,17 +5,17 @@ from __future__ import annotations
 import dataclasses
 import functools
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib.metadata import EntryPoint, entry_points
-from typing import Literal, Protocol, cast, get_args, get_origin, get_type_hints
+from typing import Literal, Protocol, cast
 
-import cattrs
 import numpy as np
 
 from rectmerge.alignment import Alignment, Method, ScaleReport, ScaleSource, right_resolutions
 from rectmerge.errors import InputError, MethodError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.hints import ByHand, Guess, Hint
+from rectmerge.method_fields import with_fields
 from rectmerge.similarity import Similarity
 
 GROUP = "rectmerge.methods"
@@ -68,6 +68,8 @@ def available() -> Mapping[str, EntryPoint]:
 def make_method(name: str, **fields: object) -> Method:
     """Make a registered method, with some of its fields set; a text value is read as the field's type.
 
+    A field of a group of fields is called ``GROUP.FIELD``.
+
     Raises
     ------
     MethodError
@@ -82,20 +84,7 @@ def make_method(name: str, **fields: object) -> Method:
         raise MethodError(f"method {name!r} cannot be loaded from {points[name].value}: {error}") from error
     if not (isinstance(cls, type) and dataclasses.is_dataclass(cls)):
         raise MethodError(f"method {name!r}: {points[name].value} is no dataclass; a method is a frozen one")
-    known = {f.name: f for f in dataclasses.fields(cls) if f.init}
-    for key in fields:
-        if key not in known:
-            raise MethodError(f"method {name!r} has no field {key!r}; it has: {', '.join(known)}")
-    converter, types, values = _converter(), get_type_hints(cls), {}
-    for key, value in fields.items():
-        try:
-            values[key] = converter.structure(value, types[key])
-        except (ValueError, TypeError) as error:
-            raise MethodError(f"{name}.{key}={value}: {error}") from error
-    try:
-        return cast(Method, cls(**values))
-    except InputError as error:
-        raise MethodError(f"{name}: {error}") from error
+    return cast(Method, with_fields(cls, name, fields))
 
 
 def align(
@@ -269,44 +258,3 @@ def _search_freely(
     if a.resolution is not None and b.resolution is not None:
         hint = f"{hint} {right_resolutions(a.resolution, b.resolution, ratio)}"
     return dataclasses.replace(found, reason=f"{found.reason}; {hint}"), "search"
-
-
-def _converter() -> cattrs.Converter:
-    converter = cattrs.Converter()
-    converter.register_structure_hook(bool, _read_bool)
-    converter.register_structure_hook_func(_is_choice, _read_choice)
-    converter.register_structure_hook_func(_is_numbers, _read_numbers)
-    return converter
-
-
-def _is_choice(kind: object) -> bool:
-    origin: object = get_origin(kind)
-    return origin is Literal
-
-
-def _read_choice(value: object, kind: object) -> object:
-    if value not in get_args(kind):
-        raise ValueError(f"must be one of {', '.join(map(str, get_args(kind)))}, got {value!r}")
-    return value
-
-
-def _is_numbers(kind: object) -> bool:
-    return get_origin(kind) is tuple and set(get_args(kind)) == {float}
-
-
-def _read_numbers(value: object, kind: object) -> tuple[float, ...]:
-    """Read a tuple of numbers, also as the text "1,0.5,2"."""
-    parts = value.split(",") if isinstance(value, str) else value
-    if not isinstance(parts, Sequence) or len(parts) != len(get_args(kind)):
-        raise ValueError(f"must be {len(get_args(kind))} numbers with commas between them, got {value!r}")
-    return tuple(float(part) for part in parts)
-
-
-def _read_bool(value: object, _: type) -> bool:
-    """Read a boolean as people type it; a bare cast would take every text for True."""
-    if isinstance(value, bool):
-        return value
-    words = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
-    if str(value).lower() not in words:
-        raise ValueError(f"must be true or false, got {value!r}")
-    return words[str(value).lower()]

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.compiling import kernel
 
-LARGEST_TURN = 0.1  # radians, and log scale, in one step
+MAX_STEP = 0.1  # radians, and log scale, in one Gauss-Newton step; by hand, no data
+MIN_FACING_COS = 0.7  # of the angle between the normals of partners; by hand, no data
 
 
 @kernel
@@ -115,8 +116,8 @@ def stepped(
 ) -> tuple[float, float, float, float]:
     """Take a limited step against the gradient, the scale kept within its bounds."""
     a, b, tx, ty = placement
-    turn = min(max(-step[0], -LARGEST_TURN), LARGEST_TURN)
-    grow = min(max(-step[1], -LARGEST_TURN), LARGEST_TURN)
+    turn = min(max(-step[0], -MAX_STEP), MAX_STEP)
+    grow = min(max(-step[1], -MAX_STEP), MAX_STEP)
     cos, sin = math.cos(turn) * math.exp(grow), math.sin(turn) * math.exp(grow)
     a, b = a * cos - b * sin, a * sin + b * cos
     scale = math.hypot(a, b)
@@ -171,7 +172,7 @@ def nearest_facing(
                 if j < 0 or j >= width or index[i, j] < 0:
                     continue
                 k = index[i, j]
-                if surface[k, 2] * nx + surface[k, 3] * ny < 0.7:
+                if surface[k, 2] * nx + surface[k, 3] * ny < MIN_FACING_COS:
                     continue
                 square = (surface[k, 0] - x) ** 2 + (surface[k, 1] - y) ** 2
                 if square < best_square:

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.compiling import kernel
 
+SIDE_ERROR_CELLS = 0.7  # of a rectangle's side, added to the tolerance; by hand, no data
+MIN_SIDE_VARIANCE = 4e-4  # of the log scale by one side; by hand, no data
 ENDS = np.array([2, 0, 3, 1])  # the quarter turns from +x to the sides left, right, top, bottom
 SIDES = np.array([1, 3, 0, 2])  # and back: the side at 0, 1, 2, 3 quarter turns (v down)
 
@@ -55,9 +57,9 @@ def pair_by_both_sides(
             by_width, by_height = math.log(wa / wb), math.log(ha / hb)
             # a side is known to about a cell, so the log of a ratio of sides to the sum of their inverses
             doubt_w, doubt_h = 1 / wa + 1 / wb, 1 / ha + 1 / hb
-            if abs(by_width - by_height) > tolerance + 0.7 * (doubt_w + doubt_h):
+            if abs(by_width - by_height) > tolerance + SIDE_ERROR_CELLS * (doubt_w + doubt_h):
                 continue
-            trust_w, trust_h = 1 / (doubt_w**2 + 4e-4), 1 / (doubt_h**2 + 4e-4)
+            trust_w, trust_h = 1 / (doubt_w**2 + MIN_SIDE_VARIANCE), 1 / (doubt_h**2 + MIN_SIDE_VARIANCE)
             log_scale = (by_width * trust_w + by_height * trust_h) / (trust_w + trust_h)
             if log_scale < log_bounds[0] or log_scale > log_bounds[1]:
                 continue
@@ -110,7 +112,7 @@ def pair_by_one_side(
                 if log_scale < log_bounds[0] or log_scale > log_bounds[1]:
                     continue
                 doubt = 1 / along_a + 1 / along_b + 1 / across_a + 1 / across_b
-                if abs(math.log(across_a / across_b) - log_scale) <= tolerance + 0.7 * doubt:
+                if abs(math.log(across_a / across_b) - log_scale) <= tolerance + SIDE_ERROR_CELLS * doubt:
                     continue  # these agree in both extents
                 scale = math.exp(log_scale)
                 for end in range(2):

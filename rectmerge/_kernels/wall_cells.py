@@ -9,19 +9,20 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.compiling import kernel
 
-LARGEST_SPECK = 4  # cells
 INSIDE, SURFACE, SPECK = 0, 1, 2  # kinds of occupied cells: no free neighbour, some, and small with free all around
 
 
 @kernel
-def is_speck(cells: NDArray[np.int8], row: int, col: int) -> bool:
-    """Return if the occupied component at a cell is small and surrounded by free cells.
+def is_speck(cells: NDArray[np.int8], row: int, col: int, max_cells: int) -> bool:
+    """Return if the occupied component at a cell has at most `max_cells` cells and is surrounded by free cells.
 
     It follows one component from one cell; `rectmerge.analysis.specks` labels the components of a whole mask.
     """
+    if max_cells < 1:
+        return False
     height, width = cells.shape
-    rows = np.empty(LARGEST_SPECK, np.int64)
-    cols = np.empty(LARGEST_SPECK, np.int64)
+    rows = np.empty(max_cells, np.int64)
+    cols = np.empty(max_cells, np.int64)
     rows[0], cols[0] = row, col
     count, done = 1, 0
     while done < count:
@@ -36,7 +37,7 @@ def is_speck(cells: NDArray[np.int8], row: int, col: int) -> bool:
                     for k in range(count):
                         seen = seen or (rows[k] == r and cols[k] == c)
                     if not seen:
-                        if count == LARGEST_SPECK:
+                        if count == max_cells:
                             return False
                         rows[count], cols[count] = r, c
                         count += 1
@@ -64,12 +65,12 @@ def known_bounds(cells: NDArray[np.int8]) -> tuple[int, int, int, int]:
 
 @kernel
 def describe_walls(
-    cells: NDArray[np.int8], occupied: NDArray[np.int64]
+    cells: NDArray[np.int8], occupied: NDArray[np.int64], max_speck: int
 ) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
     """Return the kind of each occupied cell, given by its flat index, and the normal into the free space next to it.
 
-    `cells` is -1 unknown, 0 free, 100 occupied. A normal is (0, 0) where the free cells within two cells are balanced,
-    and inside walls.
+    `cells` is -1 unknown, 0 free, 100 occupied; specks have at most `max_speck` cells. A normal is (0, 0) where the
+    free cells within two cells are balanced, and inside walls.
     """
     height, width = cells.shape
     kinds = np.full(len(occupied), INSIDE, np.int8)
@@ -84,7 +85,7 @@ def describe_walls(
         if near_free == 0:
             continue
         kinds[k] = SURFACE
-        if near_free + near_occupied == 9 and near_occupied <= LARGEST_SPECK and is_speck(cells, r, c):
+        if near_free + near_occupied == 9 and near_occupied <= max_speck and is_speck(cells, r, c, max_speck):
             kinds[k] = SPECK
         nx, ny = 0.0, 0.0
         for i in range(max(0, r - 2), min(height, r + 3)):
@@ -125,10 +126,12 @@ def count_walls(
 
 
 @kernel
-def light_specks(cells: NDArray[np.int8], weights: NDArray[np.int32], max_weight: int) -> NDArray[np.bool_]:
+def light_specks(
+    cells: NDArray[np.int8], weights: NDArray[np.int32], max_weight: int, max_speck: int
+) -> NDArray[np.bool_]:
     """Mark the cells of specks of a working grid that stand for at most `max_weight` cells of the map."""
     marked = np.zeros(cells.shape, np.bool_)
     for r in range(1, cells.shape[0] - 1):
         for c in range(1, cells.shape[1] - 1):
-            marked[r, c] = cells[r, c] > 0 and weights[r, c] <= max_weight and is_speck(cells, r, c)
+            marked[r, c] = cells[r, c] > 0 and weights[r, c] <= max_weight and is_speck(cells, r, c, max_speck)
     return marked

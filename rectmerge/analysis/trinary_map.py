@@ -35,10 +35,10 @@ class MapCells:
     normals: NDArray[np.float32]
 
     @classmethod
-    def from_values(cls, values: NDArray[np.int8]) -> MapCells:
+    def from_values(cls, values: NDArray[np.int8], *, max_speck_cells: int = 4) -> MapCells:
         """Find the walls of a map given as -1 unknown, 0 free, 100 occupied."""
         occupied = np.flatnonzero(values > 0)
-        kinds, normals = describe_walls(np.ascontiguousarray(values), occupied)
+        kinds, normals = describe_walls(np.ascontiguousarray(values), occupied, max_speck_cells)
         rows, cols = np.divmod(occupied, values.shape[1])
         return cls(values, rows, cols, kinds, normals)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
 def methods(json: Json = False) -> None:
     """List the methods and the fields that --set takes."""
     from rectmerge.io.json_text import to_json
+    from rectmerge.method_fields import flat_fields, to_text
     from rectmerge.methods import DEFAULT_METHOD, available
 
     described = {name: _describe_method(point) for name, point in available().items()}
@@ -26,15 +26,16 @@ def methods(json: Json = False) -> None:
     for name, method in described.items():
         default = " (default)" if name == DEFAULT_METHOD else ""
         typer.echo(f"{name}{default}: {method['about']}")
-        for field, value in method["fields"].items():
-            typer.echo(f"    --set {name}.{field}={value}")
+        for field, value in flat_fields(method["fields"]).items():
+            typer.echo(f"    --set {name}.{field}={to_text(value)}")
 
 
 def _describe_method(point: EntryPoint) -> dict[str, Any]:
+    from rectmerge.method_fields import default_fields
+
     try:
         cls = point.load()
     except (ImportError, AttributeError) as error:
         return {"about": f"cannot be loaded: {console.one_line(error)}", "fields": {}}
     about = (cls.__doc__ or "").strip().partition("\n")[0]
-    known = {field.name: field.default for field in dataclasses.fields(cls) if field.init and field.name != "name"}
-    return {"about": about, "fields": known}
+    return {"about": about, "fields": default_fields(cls)}

@@ -25,15 +25,10 @@ from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.face_score import STEPS_PER_NAT, Boxes, FaceScore, Placements, Shares, total
 from rectmerge.robust.features import extract_features
+from rectmerge.robust.params import CertificateParams, Params
 from rectmerge.similarity import Similarity
 
-MARGIN = 0.1  # what scores less than this share below the accepted placement comes close to it
-AWAY = 0.05  # of A's extent: a placement that moves some landmark of B further is another one
-WIDENED = 0.05  # the bounds of the scale, as refinement may leave them by that
-BATCH = 8192  # boxes that are split at a time
-MOST_OPEN = 400_000  # boxes that wait, before the newest go first and memory stays as it is
 COMPLEX = np.array([1, 1j])
-LARGEST_TRIED_CELLS = 8.0  # of a box with wider shifts the middle is not tried as a counter-example
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,7 +101,13 @@ class Certificate:
 
 
 def certify(
-    a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity, *, scale: tuple[float, float], seconds: float = 10.0
+    a: OccupancyGrid,
+    b: OccupancyGrid,
+    pixels: Similarity,
+    *,
+    scale: tuple[float, float],
+    seconds: float,
+    params: Params,
 ) -> Certificate:
     """Show that nothing else comes close to a placement, or meet what does, or run out of time.
 
@@ -120,6 +121,8 @@ def certify(
         Bounds of the pixel scale that was searched, cells of A per cell of B; 5 % beyond them is looked at too.
     seconds
         Wall time that the search may take once the maps are read. All else is determined by the maps.
+    params
+        Parameters of the method.
 
     Raises
     ------
@@ -132,16 +135,19 @@ def certify(
         raise InputError(f"scale must satisfy 0 < lo <= hi, got {scale}")
     if not seconds > 0:
         raise InputError(f"seconds must be > 0, got {seconds}")
-    features = [extract_features(MapCells.from_values(trinary(grid))) for grid in (a, b)]
+    speck = params.prepare.max_speck_cells
+    cells = [MapCells.from_values(trinary(grid), max_speck_cells=speck) for grid in (a, b)]
+    features = [extract_features(each, params.prepare) for each in cells]
     if features[0] is None or features[1] is None:
         raise InputError(f"map {'A' if features[0] is None else 'B'} has no wall beside free space")
-    score = FaceScore.from_placement(features[0], features[1], pixels)
-    search = _Search(score, (scale[0] * (1 - WIDENED), scale[1] * (1 + WIDENED)), _extent(a) / features[0].factor)
+    limits = params.certificate
+    score = FaceScore.from_placement(features[0], features[1], pixels, params)
+    search = _Search(score, limits.widened(scale), _extent(a) / features[0].factor, limits)
     search.run(time.perf_counter() + seconds)
     met = search.met
     return Certificate(
         certified=search.accepted > 0 and search.highest < search.threshold,
-        margin=MARGIN,
+        margin=limits.margin,
         score=search.accepted / STEPS_PER_NAT,
         best_elsewhere=search.highest / STEPS_PER_NAT,
         counterexample=None if met is None else score.to_pixels(met),
@@ -170,13 +176,16 @@ class _Search:
         Bounds of the pixel scale.
     extent
         Of A, in its working cells.
+    params
+        Limits of the search.
     """
 
-    def __init__(self, score: FaceScore, scale: tuple[float, float], extent: float) -> None:
+    def __init__(self, score: FaceScore, scale: tuple[float, float], extent: float, params: CertificateParams) -> None:
+        self.params = params
         self.score = score
         self.accepted = score.accepted
-        self.threshold = math.ceil((1 - MARGIN) * self.accepted)
-        self.away = AWAY * extent
+        self.threshold = math.ceil((1 - params.margin) * self.accepted)
+        self.away = params.away_share * extent
         self.met: NDArray[np.float64] | None = None
         self.bounded = 0
         self.radius = score.b.radius
@@ -208,13 +217,13 @@ class _Search:
 
     def _chosen(self) -> NDArray[np.intp]:
         """Choose the boxes that are split next, those alike in succession: they look up the same fields."""
-        count = len(self.boxes)
-        if count <= BATCH:
+        count, batch = len(self.boxes), self.params.batch_boxes
+        if count <= batch:
             chosen = np.arange(count)
-        elif count > MOST_OPEN:
-            chosen = np.arange(count - BATCH, count)
+        elif count > self.params.max_open_boxes:
+            chosen = np.arange(count - batch, count)
         else:
-            chosen = np.argpartition(-self.totals, BATCH - 1)[:BATCH]
+            chosen = np.argpartition(-self.totals, batch - 1)[:batch]
         angles, sizes = self.boxes[chosen, 0], self.boxes[chosen, 6]
         return chosen[np.lexsort((sizes, np.rint((angles - self.score.given[0]) / QUARTER)))]
 
@@ -230,7 +239,7 @@ class _Search:
 
     def _within_margin(self, boxes: Boxes) -> NDArray[np.float64] | None:
         """Look for a placement elsewhere that scores within the margin, in the middle of small boxes."""
-        middles = boxes[boxes[:, 6] <= LARGEST_TRIED_CELLS, :4]
+        middles = boxes[boxes[:, 6] <= self.params.max_tried_cells, :4]
         middles = middles[self._moved(middles) > self.away]
         scores = self.score.of_placements(middles)
         if scores.max(initial=0) < self.threshold:

@@ -1,4 +1,4 @@
-"""Every shift at once: the walls of two maps correlated by the side they face, turn by turn and scale by scale.
+"""Correlation of the wall faces of two maps over every shift, turn by turn and scale by scale.
 
 Where two maps share no whole room, no rectangle of one is one of the other; and a rival that explains the walls as well
 as the best placement must not be missed because nothing proposed it. Both are found by trying every shift.
@@ -18,18 +18,15 @@ from numpy.typing import NDArray
 from rectmerge.analysis.distance_codes import ON_BORDER
 from rectmerge.analysis.wall_faces import WallFaces
 from rectmerge.robust.likelihood import WallNoise, face_gains
+from rectmerge.robust.params import CorrelateParams, GainParams
 
-CELLS = 3.0  # working cells per cell that is correlated
-MOST_CELLS = 180.0  # along the diagonal of A; a larger map is correlated in larger cells
-NOISE = WallNoise((1.0,), 0.03)  # spread in correlated cells
-SCALE_STEP = 0.04  # log scale
 QUARTER_TURNS = (np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]]), -np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]]))
 Image = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Raster:
-    """A map in its orthogonal frame: walls and gains by the way they face, and where its working cells went.
+    """Map in its orthogonal frame: walls and gains by normal, and the transform of its working cells.
 
     Parameters
     ----------
@@ -45,14 +42,14 @@ class _Raster:
     shift: NDArray[np.float64]
 
     @classmethod
-    def from_faces(cls, sides: WallFaces, scale: float) -> _Raster:
+    def from_faces(cls, sides: WallFaces, scale: float, params: CorrelateParams, gain: GainParams) -> _Raster:
         """Turn a map upright and shrink it by a scale, correlated cells per working cell."""
         height, width = sides.free.shape
         cos, sin = math.cos(sides.angle), math.sin(sides.angle)
         linear = scale * np.array([[cos, sin], [-sin, cos]])
         size = np.ceil(np.abs(linear) @ [width, height]).astype(int) + 2
         shift = (size - 1) / 2 - linear @ [(width - 1) / 2, (height - 1) / 2]
-        table = face_gains(sides, WallNoise(tuple(spread / scale for spread in NOISE.spreads), NOISE.outliers))
+        table = face_gains(sides, WallNoise((params.spread_cells / scale,), params.outliers), gain)
         walls = np.zeros((4, size[1], size[0]), np.float32)
         gains = np.empty_like(walls)
         # written out: a product of so slender matrices wakes threads that wait for each other on a busy machine
@@ -73,13 +70,15 @@ class _Raster:
         return self.walls.shape[2], self.walls.shape[1]
 
 
-def scales_within(bounds: tuple[float, float]) -> NDArray[np.float64]:
-    """Return evenly spaced log scales between bounds, as scales."""
+def scales_within(bounds: tuple[float, float], step: float) -> NDArray[np.float64]:
+    """Return scales between bounds, evenly spaced in the logarithm by at most a step."""
     low, high = math.log(bounds[0]), math.log(bounds[1])
-    return np.exp(np.linspace(low, high, math.ceil((high - low) / SCALE_STEP) + 1))
+    return np.exp(np.linspace(low, high, math.ceil((high - low) / step) + 1))
 
 
-def correlate(a: WallFaces, b: WallFaces, scales: Iterable[float], *, most: int) -> tuple[NDArray[np.float64], Image]:
+def correlate(
+    a: WallFaces, b: WallFaces, scales: Iterable[float], params: CorrelateParams, gain: GainParams, *, max_shifts: int
+) -> tuple[NDArray[np.float64], Image]:
     """Find the best shifts of B on A for each scale and quarter turn.
 
     Parameters
@@ -88,7 +87,9 @@ def correlate(a: WallFaces, b: WallFaces, scales: Iterable[float], *, most: int)
         Both maps, in the frames that are laid on each other.
     scales
         Of the working grids, cells of A per cell of B.
-    most
+    params, gain
+        Parameters of the correlation, and of the gain of a wall point.
+    max_shifts
         Shifts kept of each scale and quarter turn.
 
     Returns
@@ -97,19 +98,19 @@ def correlate(a: WallFaces, b: WallFaces, scales: Iterable[float], *, most: int)
         Shape (N, 4) between the working grids, and (N,): the gain of all walls of each, those of both maps, nats. Of a
         scale, wall points count by the coarser map's cells.
     """
-    base = max(CELLS, math.hypot(*a.free.shape) / MOST_CELLS)
-    raster_of_a = functools.lru_cache(maxsize=1)(lambda cell: _Raster.from_faces(a, 1 / cell))
+    base = max(params.cell_cells, math.hypot(*a.free.shape) / params.max_diagonal_cells)
+    raster_of_a = functools.lru_cache(maxsize=1)(lambda cell: _Raster.from_faces(a, 1 / cell, params, gain))
     placements, gains = [], []
     for scale in scales:
         cell = base * max(1.0, scale)  # what the coarser map shows is enough
-        on_a, on_b = raster_of_a(cell), _Raster.from_faces(b, scale / cell)
+        on_a, on_b = raster_of_a(cell), _Raster.from_faces(b, scale / cell, params, gain)
         side = cv2.getOptimalDFTSize(max(on_a.size) + max(on_b.size))
         spectra_a = _spectra(on_a.gains, on_a.walls, side)
         spectra_b = _spectra(on_b.walls * min(1.0, scale), on_b.gains * min(1.0, 1 / scale), side)
         for quarter, turn in enumerate(QUARTER_TURNS):
-            at, gain = _peaks(_correlated(spectra_a, spectra_b, quarter), most)
+            at, peak = _peaks(_correlated(spectra_a, spectra_b, quarter), max_shifts)
             placements.append(_placements(at, on_a, on_b, turn, side))
-            gains.append(gain)
+            gains.append(peak)
             spectra_b = [_turned(spectrum) for spectrum in spectra_b]
     return np.concatenate(placements), np.concatenate(gains)
 

@@ -1,4 +1,4 @@
-"""A score that can be bounded over whole boxes of placements: what a sample of the faces of both maps' walls gains."""
+"""Score of a sample of wall faces that can be bounded over whole boxes of placements."""
 
 from __future__ import annotations
 
@@ -14,13 +14,11 @@ from rectmerge._kernels.bounding import add_face_scores, lower_shares
 from rectmerge.analysis.wall_faces import QUARTER, WallFaces
 from rectmerge.robust.features import Features, dominant_angles
 from rectmerge.robust.likelihood import WallNoise, face_gains
+from rectmerge.robust.params import CertificateParams, GainParams, Params
 from rectmerge.robust.refinement import to_pixels
 from rectmerge.similarity import Similarity
 
-FACES = 240  # of both maps that are asked, about
-NOISES = (WallNoise((1.0,), 0.05), WallNoise((2.0,), 0.05), WallNoise((4.0,), 0.05))  # rigid, drifting, bent
 STEPS_PER_NAT = 32
-GROUP_FACES = 32  # at the most that share a bound
 POOLED_CELLS = np.array([*range(1, 9), 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96])  # sides of squares
 PADDING = int(POOLED_CELLS[-1])
 LEVELS = np.searchsorted(POOLED_CELLS, np.arange(PADDING + 2)).astype(np.int32)  # one more for what is larger
@@ -62,19 +60,21 @@ class FaceScore:
     gains: tuple[NDArray[np.int8], NDArray[np.int8]]
 
     @classmethod
-    def from_placement(cls, a: Features, b: Features, pixels: Similarity) -> FaceScore:
+    def from_placement(cls, a: Features, b: Features, pixels: Similarity, params: Params) -> FaceScore:
         """Make ready the score under whose noise a placement, from pixels of B to pixels of A, scores highest."""
         centre = b.walls.mean(axis=0)
         at = a.offset + pixels.apply((centre - b.offset) * b.factor) / a.factor
         given = np.array([pixels.angle, math.log(pixels.scale * b.factor / a.factor), *at])
-        angle = dominant_angles(a)[0][0]
-        sides = a.faces(angle), b.faces(angle - pixels.angle)
-        score = cls(a, b, (float(centre[0]), float(centre[1])), given, 0.0, *_sampled(*sides), (_NOTHING, _NOTHING))
-        by_noise = [
-            replace(score, spread_cells=noise.spreads[0], gains=(_gains(sides[0], noise), _gains(sides[1], noise)))
-            for noise in NOISES
-        ]
-        best = max(by_noise, key=lambda one: one.accepted)
+        angle = dominant_angles(a, params.prepare)[0][0]
+        faces = a.faces(angle, params.faces), b.faces(angle - pixels.angle, params.faces)
+        sampled = _sampled(*faces, params.certificate)
+        score = cls(a, b, (float(centre[0]), float(centre[1])), given, 0.0, *sampled, (_NOTHING, _NOTHING))
+        by_noise = []
+        for spread in params.certificate.spreads_cells:
+            noise = WallNoise((spread,), params.certificate.outliers)
+            gains = _gains(faces[0], noise, params.gain), _gains(faces[1], noise, params.gain)
+            by_noise.append(replace(score, spread_cells=spread, gains=gains))
+        best = max(by_noise, key=lambda score: score.accepted)
         return replace(best, gains=(_pooled(best.gains[0]), _pooled(best.gains[1])))
 
     @property
@@ -121,9 +121,9 @@ def total(shares: Shares) -> NDArray[np.int64]:
     return sums
 
 
-def _sampled(a: WallFaces, b: WallFaces) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _sampled(a: WallFaces, b: WallFaces, params: CertificateParams) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Sample the faces of both maps alike: B's first, by way, and groups that take turns between the maps."""
-    every = -(-int(np.count_nonzero(a.faces) + np.count_nonzero(b.faces)) // FACES) or 1
+    every = -(-int(np.count_nonzero(a.faces) + np.count_nonzero(b.faces)) // params.faces) or 1
     faces: list[NDArray[np.float64]] = []
     groups: list[tuple[float, int, int, int, int]] = []
     first = 0
@@ -131,7 +131,7 @@ def _sampled(a: WallFaces, b: WallFaces) -> tuple[NDArray[np.float64], NDArray[n
         points, ways = (each[every // 2 :: every] for each in np.nonzero(sides.faces))
         for way in range(4):
             mine = sides.walls[points[ways == way]]
-            ends = first + np.linspace(0, len(mine), -(-len(mine) // GROUP_FACES) + 1).astype(np.intp)
+            ends = first + np.linspace(0, len(mine), -(-len(mine) // params.group_faces) + 1).astype(np.intp)
             groups += [
                 ((n - first) / max(1, len(points)), n, end, way, is_b) for n, end in itertools.pairwise(ends.tolist())
             ]
@@ -141,9 +141,9 @@ def _sampled(a: WallFaces, b: WallFaces) -> tuple[NDArray[np.float64], NDArray[n
     return np.ascontiguousarray(np.concatenate(faces).T), np.array([group[1:] for group in order])
 
 
-def _gains(sides: WallFaces, noise: WallNoise) -> NDArray[np.int8]:
+def _gains(sides: WallFaces, noise: WallNoise, params: GainParams) -> NDArray[np.int8]:
     """Lay out what each way gains at each cell, shape (1, 4, h, w), with nothing to gain in a padding before them."""
-    tables = np.rint(STEPS_PER_NAT * face_gains(sides, noise)).astype(np.int8)
+    tables = np.rint(STEPS_PER_NAT * face_gains(sides, noise, params)).astype(np.int8)
     plain = np.stack([table[codes] for table, codes in zip(tables, sides.codes, strict=True)])
     return np.pad(plain, ((0, 0), (PADDING, 0), (PADDING, 0)))[None]
 

@@ -1,4 +1,4 @@
-"""What the method reads off one map: a small working grid, its wall points, and rectangles in its orthogonal frames."""
+"""Features of one map: a small working grid, its wall points, and rectangles in its orthogonal frames."""
 
 from __future__ import annotations
 
@@ -19,29 +19,16 @@ from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.analysis.wall_faces import WallFaces
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN
 from rectmerge.rectangles import maximal_rectangles
+from rectmerge.robust.params import FaceParams, PrepareParams
 
-DIAGONAL_CELLS = 400.0  # of the working grid
-LARGEST_DIAGONAL_CELLS = 1000.0  # of the working grid of a map with narrow passages
-MEAN_CLEARANCE_CELLS = 6.0  # free cells are on average this far from what is not free, or the grid is finer
-MARGIN_CELLS = 4
 QUARTER_TURN_DEG = 90
-FREE_SHARE = 0.3  # of a working cell's area seen free makes it free
-SPECK_CELLS = 4  # a lone working cell that stands for no more occupied cells than this is a speck
-FINE_STEPS_RAD = (math.radians(0.25), math.radians(0.06))
-MOST_POINTS_PROJECTED = 1500  # evenly spaced ones stand for more
-SMALLEST_SIDE_CELLS = 4
-ALIKE_IOU = 0.7
-
-SEEN_FREE_CELLS = (2.0, 3.0)  # a wall faces a way if the map is free at these distances
-LONG_CELLS = 25.0  # what runs on for this long is a wall, and not a thing that may have been moved
-RUN_WIDTH_CELLS, RUN_GAP_CELLS = 3.0, 4.0  # how far a run may stray sideways, and be interrupted
 
 Cells = NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """One map, small enough to compare thousands of placements of it.
+    """Working grid and wall points of a map, small enough to score thousands of placements.
 
     Parameters
     ----------
@@ -83,12 +70,12 @@ class Features:
         """Root mean square distance of the walls from their centroid, in working cells."""
         return float(np.sqrt(((self.walls - self.walls.mean(axis=0)) ** 2).sum(axis=1).mean()))
 
-    def faces(self, angle: float) -> WallFaces:
-        """Group the wall points by outward normal, of which normal 0 is at an angle."""
+    def faces(self, angle: float, params: FaceParams) -> WallFaces:
+        """Group the wall points by outward normal; normal 0 is at an angle."""
         return WallFaces.from_walls(
             self.walls, self.free, self.known, angle,
-            free_at_cells=SEEN_FREE_CELLS, min_run_cells=LONG_CELLS, run_width_cells=RUN_WIDTH_CELLS,
-            run_gap_cells=RUN_GAP_CELLS,
+            free_at_cells=params.free_at_cells, min_run_cells=params.min_run_cells,
+            run_width_cells=params.run_width_cells, run_gap_cells=params.run_gap_cells,
         )  # fmt: skip
 
 
@@ -111,7 +98,7 @@ class Frame:
     has_wall: NDArray[np.bool_]
 
 
-def extract_features(cells: MapCells) -> Features | None:
+def extract_features(cells: MapCells, params: PrepareParams) -> Features | None:
     """Shrink a map to its working grid; None where no wall borders on free space.
 
     The grid is as coarse as the map's passages allow: its free cells keep a mean clearance of six cells.
@@ -121,28 +108,32 @@ def extract_features(cells: MapCells) -> Features | None:
     if bottom < 0:
         return None
     diagonal = math.hypot(bottom - top + 1, right - left + 1)
-    features, clearance = _shrunk(cells, bounds, max(1.0, diagonal / DIAGONAL_CELLS))
-    if features is None or clearance >= MEAN_CLEARANCE_CELLS or features.factor == 1.0:
+    features, clearance = _shrunk(cells, bounds, max(1.0, diagonal / params.diagonal_cells), params)
+    if features is None or clearance >= params.mean_clearance_cells or features.factor == 1.0:
         return features
-    finer = min(LARGEST_DIAGONAL_CELLS, DIAGONAL_CELLS * MEAN_CLEARANCE_CELLS / clearance)
-    return _shrunk(cells, bounds, max(1.0, diagonal / finer))[0]
+    finer = min(params.max_diagonal_cells, params.diagonal_cells * params.mean_clearance_cells / clearance)
+    return _shrunk(cells, bounds, max(1.0, diagonal / finer), params)[0]
 
 
-def _shrunk(cells: MapCells, bounds: tuple[int, int, int, int], factor: float) -> tuple[Features | None, float]:
+def _shrunk(
+    cells: MapCells, bounds: tuple[int, int, int, int], factor: float, params: PrepareParams
+) -> tuple[Features | None, float]:
     """Return the features at a shrinking factor, and the mean clearance of their free cells."""
-    n_free, n_occupied, n_surface, sum_u, sum_v = (np.pad(c, MARGIN_CELLS) for c in shrink(cells, bounds, factor))
+    n_free, n_occupied, n_surface, sum_u, sum_v = (
+        np.pad(c, params.margin_cells) for c in shrink(cells, bounds, factor)
+    )
     occupied = n_occupied > 0
-    free = (n_free >= FREE_SHARE * factor**2) & ~occupied
+    free = (n_free >= params.free_share * factor**2) & ~occupied
     # holes between diverging rays are free: nearly half of what surrounds them is
-    free |= (cv2.blur(free.astype(np.float32), (3, 3)) > 0.45) & ~occupied
+    free |= (cv2.blur(free.astype(np.float32), (3, 3)) > params.free_neighbours_share) & ~occupied
     working = np.where(occupied, OCCUPIED, np.where(free, FREE, UNKNOWN)).astype(np.int8)
-    specks = light_specks(working, n_occupied, SPECK_CELLS)
+    specks = light_specks(working, n_occupied, params.max_speck_weight, params.max_speck_cells)
     occupied, free = occupied & ~specks, free | specks
     beside_free = cv2.dilate(free.view(np.uint8), np.ones((3, 3), np.uint8)) > 0
     wall = (n_surface > 0) & beside_free & occupied
     if not wall.any():
         return None, 0.0
-    offset = MARGIN_CELLS - 0.5 + (0.5 - np.array([bounds[2], bounds[0]], np.float64)) / factor
+    offset = params.margin_cells - 0.5 + (0.5 - np.array([bounds[2], bounds[0]], np.float64)) / factor
     surface = np.stack([sum_u[wall], sum_v[wall]], axis=1) / n_surface[wall][:, None]  # (N, 2) in the map's pixels
     distance = distance_to(wall)
     clearance = cv2.distanceTransform(free.view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_3)
@@ -179,38 +170,38 @@ def shrink(cells: MapCells, bounds: tuple[int, int, int, int], factor: float) ->
 
 
 def _working_ends(side: int, factor: float) -> NDArray[np.intp]:
-    """Cells at which the working cells along a side begin, and the side's end."""
+    """Return the cells at which the working cells along a side begin, and the side's end."""
     count = math.ceil(side / factor)
     working = np.minimum(count - 1, ((np.arange(side) + 0.5) / factor).astype(np.intp))
     return np.searchsorted(working, np.arange(count + 1))
 
 
-def dominant_angles(features: Features, *, most: int = 4, least_share: float = 0.1) -> list[tuple[float, float]]:
+def dominant_angles(features: Features, params: PrepareParams) -> list[tuple[float, float]]:
     """Find the directions along which walls pile up, modulo a quarter turn.
 
     Returns
     -------
     list
         (angle, contrast), strongest first: radians in the working grid, and the peak's energy above the median over the
-        median. Weaker peaks than `least_share` of the first are left out; the first is always there.
+        median. Weaker peaks than a share of the first are left out; the first is always there.
     """
     points = features.walls - features.walls.mean(axis=0)
     degrees = np.arange(QUARTER_TURN_DEG)
-    some = points[:: -(-len(points) // MOST_POINTS_PROJECTED)]
-    energy = _folded_energy(some, np.radians(degrees.astype(np.float64)), 1.5)
+    some = points[:: -(-len(points) // params.max_projected_points)]
+    energy = _folded_energy(some, np.radians(degrees.astype(np.float64)), params.coarse_bin_cells)
     floor = float(np.median(energy))
     left = energy - floor
     peaks: list[tuple[float, float]] = []
-    while not peaks or (len(peaks) < most and left.max() > 0):
+    while not peaks or (len(peaks) < params.max_directions and left.max() > 0):
         at = int(np.argmax(left))
-        if peaks and left[at] < least_share * floor * peaks[0][1]:
+        if peaks and left[at] < params.min_direction_share * floor * peaks[0][1]:
             break
         angle = math.radians(at)
-        for step in FINE_STEPS_RAD:
-            near: NDArray[np.float64] = angle + step * np.arange(-5.0, 6.0)
-            angle = float(near[np.argmax(_folded_energy(points, near, 1.0))])
+        for step in params.fine_steps_deg:
+            near: NDArray[np.float64] = angle + math.radians(step) * np.arange(-5.0, 6.0)
+            angle = float(near[np.argmax(_folded_energy(points, near, params.fine_bin_cells))])
         peaks.append((angle, float(left[at]) / floor))
-        left[np.abs((degrees - at + 45) % 90 - 45) <= 10] = 0
+        left[np.abs((degrees - at + 45) % 90 - 45) <= params.direction_width_deg] = 0
     return peaks
 
 
@@ -221,7 +212,7 @@ def _folded_energy(points: NDArray[np.float64], angles: NDArray[np.float64], wid
     return folded
 
 
-def rectangles_in_frame(features: Features, angle: float, *, most: int) -> Frame:
+def rectangles_in_frame(features: Features, angle: float, params: PrepareParams) -> Frame:
     """List the map's maximal empty rectangles in the frame at an angle: large ones first, near doubles left out."""
     height, width = features.free.shape
     cos, sin = math.cos(angle), math.sin(angle)
@@ -233,18 +224,20 @@ def rectangles_in_frame(features: Features, angle: float, *, most: int) -> Frame
     u, v = np.rint(features.walls @ turn.T + shift).astype(np.int64).T
     wall[v, u] = 1
     free &= wall == 0
-    found = maximal_rectangles(free, min_side_cells=SMALLEST_SIDE_CELLS)
+    rectangles = maximal_rectangles(free, min_side_cells=params.min_side_cells)
     near_wall = np.asarray(cv2.dilate(wall, np.ones((3, 3), np.uint8)), np.uint8)
-    support = _wall_shares(near_wall, found)
-    w, h = found[:, 2].astype(np.float64), found[:, 3].astype(np.float64)
-    worth = np.sqrt(w * h) * (0.2 + support.mean(axis=1)) * np.minimum(1, np.minimum(w, h) / 8)
-    kept = suppress(found, np.argsort(-worth, kind="stable"), ALIKE_IOU, most)
-    centres = (found[kept, :2] + (found[kept, 2:] - 1) / 2 - shift) @ turn
-    return Frame(angle, np.column_stack([centres, found[kept, 2:]]).astype(np.float64), support[kept] >= 0.4)
+    support = _wall_shares(near_wall, rectangles)
+    w, h = rectangles[:, 2].astype(np.float64), rectangles[:, 3].astype(np.float64)
+    worth = np.sqrt(w * h) * (params.unsupported_worth + support.mean(axis=1))
+    worth *= np.minimum(1, np.minimum(w, h) / params.full_side_cells)
+    kept = suppress(rectangles, np.argsort(-worth, kind="stable"), params.max_iou, params.max_rectangles)
+    centres = (rectangles[kept, :2] + (rectangles[kept, 2:] - 1) / 2 - shift) @ turn
+    boxes = np.column_stack([centres, rectangles[kept, 2:]]).astype(np.float64)
+    return Frame(angle, boxes, support[kept] >= params.min_wall_share)
 
 
 def _wall_shares(near_wall: NDArray[np.uint8], rectangles: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Share of the left, right, top and bottom side of each rectangle that runs along a wall, shape (N, 4)."""
+    """Return the share of the left, right, top and bottom side of each rectangle along a wall, shape (N, 4)."""
     total = cv2.integral(near_wall)
     height, width = near_wall.shape
     x, y, w, h = rectangles.T

@@ -1,4 +1,4 @@
-"""A map with all that the method reads off it before it looks at the other one."""
+"""Prepared map: the features, directions and frames of one map, before the other one is looked at."""
 
 from __future__ import annotations
 
@@ -7,76 +7,85 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rectmerge.analysis.quality import MapQuality
-from rectmerge.analysis.trinary_map import MapCells
+from rectmerge.analysis.quality import MapQuality, measure_quality
+from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.features import Features, Frame, dominant_angles, extract_features, rectangles_in_frame
+from rectmerge.robust.params import PrepareParams
 from rectmerge.robust.reasons import MapFacts
-
-STRONG = 0.5  # a second direction is as good as the first from this share of its contrast
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedMap:
-    """A map with what was read off it: the directions in which its walls pile up, and the frames of the strong ones."""
+    """Map with the directions in which its walls pile up, and the rectangles in the frames of the strong ones."""
 
     grid: OccupancyGrid
     cells: MapCells
     quality: MapQuality
+    params: PrepareParams
     features: Features | None
     angles: Sequence[tuple[float, float]] = ()
     frames: Sequence[Frame] = ()
 
     @classmethod
-    def from_grid(cls, grid: OccupancyGrid, cells: MapCells, quality: MapQuality, rectangles: int) -> PreparedMap:
-        """Find what the method needs of a map; no features where no wall borders on free space."""
-        features = extract_features(cells)
+    def from_grid(cls, grid: OccupancyGrid, params: PrepareParams) -> PreparedMap:
+        """Prepare a map; it has no features where no wall borders on free space."""
+        cells = MapCells.from_values(trinary(grid), max_speck_cells=params.max_speck_cells)
+        return cls._from_cells(grid, cells, measure_quality(grid), params)
+
+    def mirrored(self) -> PreparedMap:
+        """Prepare the mirror image of the map."""
+        return self._from_cells(self.grid, self.cells.mirrored(), self.quality, self.params)
+
+    @classmethod
+    def _from_cells(
+        cls, grid: OccupancyGrid, cells: MapCells, quality: MapQuality, params: PrepareParams
+    ) -> PreparedMap:
+        features = extract_features(cells, params)
         if features is None:
-            return cls(grid, cells, quality, None)
-        angles = dominant_angles(features)
-        strong = [angle for angle, contrast in angles[:2] if contrast >= STRONG * angles[0][1]]
-        return cls(
-            grid,
-            cells,
-            quality,
-            features,
-            angles,
-            [rectangles_in_frame(features, at, most=rectangles) for at in strong],
-        )
+            return cls(grid, cells, quality, params, None)
+        angles = dominant_angles(features, params)
+        strong = [angle for angle, contrast in angles[:2] if contrast >= params.strong_share * angles[0][1]]
+        frames = [rectangles_in_frame(features, angle, params) for angle in strong]
+        return cls(grid, cells, quality, params, features, angles, frames)
 
     @property
     def frame_angles(self) -> list[float]:
-        """The angles of the strong frames, radians."""
+        """Angles of the strong frames, radians."""
         return [frame.angle for frame in self.frames]
 
-    def all_frames(self, rectangles: int) -> list[Frame]:
+    def all_frames(self) -> list[Frame]:
         """Return the frames of all directions in which walls pile up, the strong ones first."""
         weak = self.angles[len(self.frames) :]
-        return [*self.frames, *(rectangles_in_frame(self.walled, angle, most=rectangles) for angle, _ in weak)]
+        return [*self.frames, *self.frames_at([angle for angle, _ in weak])]
+
+    def frames_at(self, angles: Sequence[float]) -> list[Frame]:
+        """Return the frames at some angles, radians."""
+        return [rectangles_in_frame(self.walled, angle, self.params) for angle in angles]
 
     @property
     def contrast(self) -> float:
-        """How much the walls pile up along the first frame."""
+        """Contrast of the walls along the first frame."""
         return self.angles[0][1]
 
     @property
     def facts(self) -> MapFacts:
-        """What a reason may name."""
+        """Facts that a reason may name."""
         free_cells = int(np.count_nonzero(self.walled.free))
         return MapFacts(free_cells=free_cells, roughness=self.cells.roughness())
 
     @property
     def thickness_cells(self) -> float:
-        """How thick the walls are."""
+        """Thickness of the walls."""
         return self.quality.wall_thickness_cells or 1.0
 
     @property
     def walled(self) -> Features:
-        """The features of a map that has walls."""
+        """Features of a map that has walls."""
         assert self.features is not None
         return self.features
 
     @property
     def rank(self) -> tuple[float, ...]:
-        """An order of maps that does not depend on which of two is called A."""
+        """Rank of the map, which does not depend on whether it is called A or B."""
         return len(self.walled.walls), self.grid.occupancy.size, float(self.walled.walls.sum())

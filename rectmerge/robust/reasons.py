@@ -1,39 +1,35 @@
-"""Why a placement is not accepted, in one line that names the likeliest cause and what to do about it."""
+"""Reasons of a verdict, in one line that names the likeliest cause and the remedy."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rectmerge.alignment import Verdict
 from rectmerge.analysis.overlap import Agreement
 from rectmerge.hints import Guess, Hint
-from rectmerge.robust.verdict import ACCEPT_AT, Evidence, without
-
-LEAST_FREE_CELLS = 1500  # of the working grid; less shows no room
-ROUGH = 0.25  # share of neighbouring known cells that differ; crowded maps have 0.1, pure noise 0.5
-BESIDE = 0.12  # share of the walls that lie beside each other, not on each other, from which maps seem bent
-LITTLE_SHARED = 0.35  # overlap under which walls meet by chance
-BENT_SUPPORT = 0.25  # likelihood per wall point of maps that fit each other in spite of it
-FAR_BEHIND = 3.0  # times the odds of all others together, from which the best is the only one worth looking at
+from rectmerge.robust.params import ReasonParams
+from rectmerge.robust.verdict import Evidence
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapFacts:
-    """What a map may lack: free cells of its working grid, and the share of neighbouring known cells that differ."""
+    """Facts of a map: free cells of its working grid, and the share of neighbouring known cells that differ."""
 
     free_cells: int
     roughness: float
 
 
-def accepted(evidence: Evidence, agreement: Agreement) -> str:
+def accepted(evidence: Evidence, agreement: Agreement, params: ReasonParams) -> str:
     """Say why a placement is accepted."""
     said = f"the walls of both maps agree over {agreement.overlap:.0%} of the smaller free area"
-    return f"{said}; they are bent against each other" if _is_bent(evidence) else said
+    return f"{said}; they are bent against each other" if _is_bent(evidence, params) else said
 
 
-def not_accepted(verdict: Verdict, evidence: Evidence, agreement: Agreement, maps: Mapping[str, MapFacts]) -> str:
+def not_accepted(
+    verdict: Verdict, evidence: Evidence, agreement: Agreement, maps: Mapping[str, MapFacts], params: ReasonParams
+) -> str:
     """Say why the best placement is not accepted: the first cause that the numbers show.
 
     Parameters
@@ -43,16 +39,18 @@ def not_accepted(verdict: Verdict, evidence: Evidence, agreement: Agreement, map
     evidence, agreement
         Of the best placement.
     maps
-        What is known of each map, by the name that people know it by ("A", "B").
+        Facts of each map, by the name that people know it by ("A", "B").
+    params
+        Thresholds of the reasons.
     """
-    if without(evidence, is_at_limit=False).probability >= ACCEPT_AT:
+    if replace(evidence, is_at_limit=False).probability >= evidence.params.accept_at:
         return "the maps fit best at a scale beyond the bounds of the search: widen --scale, or check the resolutions"
-    if without(evidence, slack_cells=0.0).probability >= ACCEPT_AT:
+    if replace(evidence, slack_cells=0.0).probability >= evidence.params.accept_at:
         return (
             f"the walls in common do not hold the placement: it can slide by {evidence.slack_cells:.0f} cells; map a "
             "corner or a crossing wall that both maps share"
         )
-    return _fault_of_maps(maps) or _fault_of_placement(verdict, evidence, agreement)
+    return _fault_of_maps(maps, params) or _fault_of_placement(verdict, evidence, agreement, params)
 
 
 def better_elsewhere(hint: Hint) -> str:
@@ -62,32 +60,32 @@ def better_elsewhere(hint: Hint) -> str:
     return "the walls agree better elsewhere: correct the placement, or leave it out and it is searched for"
 
 
-def no_wall(name: str, free_cells: int) -> str:
+def no_wall(name: str, free_cells: int, params: ReasonParams) -> str:
     """Say why a map without a wall beside its free space cannot be placed."""
     reason = f"map {name} has no wall beside free space"
-    return f"{reason}: it shows too little free space" if free_cells < LEAST_FREE_CELLS else reason
+    return f"{reason}: it shows too little free space" if free_cells < params.min_free_cells else reason
 
 
-def _fault_of_maps(maps: Mapping[str, MapFacts]) -> str | None:
+def _fault_of_maps(maps: Mapping[str, MapFacts], params: ReasonParams) -> str | None:
     for name, facts in maps.items():
-        if facts.free_cells < LEAST_FREE_CELLS:
+        if facts.free_cells < params.min_free_cells:
             return f"map {name} shows too little free space: map at least a few rooms"
     for name, facts in maps.items():
-        if facts.roughness >= ROUGH:
+        if facts.roughness >= params.max_roughness:
             return (
                 f"map {name} is too noisy ({facts.roughness:.0%} of neighbouring cells differ): clean it, or map again"
             )
     return None
 
 
-def _fault_of_placement(verdict: Verdict, evidence: Evidence, agreement: Agreement) -> str:
-    if _is_bent(evidence):
+def _fault_of_placement(verdict: Verdict, evidence: Evidence, agreement: Agreement, params: ReasonParams) -> str:
+    if _is_bent(evidence, params):
         return (
             "the walls lie beside each other, not on each other: the maps are bent against each other too much for one "
             "similarity; close loops in the mapping, or merge smaller parts"
         )
     if verdict == "ambiguous":
-        return _doubt(evidence)
+        return _doubt(evidence, params)
     if evidence.likelihood <= 0:
         return "no placement explains the walls better than chance: these seem to be maps of different places"
     return (
@@ -96,13 +94,13 @@ def _fault_of_placement(verdict: Verdict, evidence: Evidence, agreement: Agreeme
     )
 
 
-def _doubt(evidence: Evidence) -> str:
+def _doubt(evidence: Evidence, params: ReasonParams) -> str:
     """Say what keeps a placement that alone would be accepted from it."""
-    behind = evidence.plausibility - math.log(FAR_BEHIND)
+    behind = evidence.plausibility - math.log(params.far_behind)
     if max(evidence.rest_log_odds, evidence.mirror_log_odds) < behind:
         return (
-            f"candidate 1 is probably right ({evidence.probability:.0%}, where {ACCEPT_AT:.0%} is asked) and no other "
-            "comes close: look at its overlay, and take it if the walls agree"
+            f"candidate 1 is probably right ({evidence.probability:.0%}, where {evidence.params.accept_at:.0%} is "
+            "asked) and no other comes close: look at its overlay, and take it if the walls agree"
         )
     if evidence.mirror_log_odds > evidence.rest_log_odds:
         return (
@@ -110,7 +108,7 @@ def _doubt(evidence: Evidence) -> str:
             f"{evidence.probability:.0%}): map more of what both share"
         )
     cause = "the building repeats itself or is symmetric"
-    if evidence.overlap < LITTLE_SHARED:
+    if evidence.agreement.overlap < params.little_overlap:
         cause += ", or the maps share no room"
     return (
         f"more than one placement explains the walls (the best has {evidence.probability:.0%}): {cause}; look at "
@@ -118,6 +116,9 @@ def _doubt(evidence: Evidence) -> str:
     )
 
 
-def _is_bent(evidence: Evidence) -> bool:
-    """Whether the maps fit each other, but with much of the walls beside each other."""
-    return evidence.near - evidence.matched >= BESIDE and evidence.support >= BENT_SUPPORT
+def _is_bent(evidence: Evidence, params: ReasonParams) -> bool:
+    """Test whether the maps fit each other, but with much of the walls beside each other."""
+    return (
+        evidence.agreement.near - evidence.agreement.matched >= params.bent_share
+        and evidence.support >= params.bent_support
+    )

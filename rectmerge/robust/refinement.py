@@ -1,4 +1,4 @@
-"""Making a placement exact: on the working grids first, then on the cells of the given maps."""
+"""Refinement of placements: on the working grids first, then on the cells of the given maps."""
 
 from __future__ import annotations
 
@@ -13,21 +13,8 @@ from rectmerge._kernels.placements import invert
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.features import Features
+from rectmerge.robust.params import ExactParams
 from rectmerge.similarity import Similarity
-
-BROAD = (16.0, 12.0, 8.0, 8.0)  # working cells
-FINE = (6.0, 6.0, 4.0, 4.0, 3.0, 3.0)
-NARROW = (8.0, 6.0, 6.0, 4.0, 4.0, 3.0, 3.0, 2.0, 2.0)
-ONTO_RIGID = (2.0, 2.0, 2.0)
-ONTO_BENT = (10.0, 10.0, 10.0)
-REACH_CELLS = (6.0, 4.0, 3.0, 2.5, 2.5)  # full resolution
-STRIDES = (4, 4, 2, 1, 1)  # of the surface points used at each reach
-SURFACE_POINTS = 2000  # of each map, for the best placement
-RIVAL_POINTS = 300  # for the others
-LOOKED_AT = 8  # times as many surface cells are looked at to find those points inside the other map
-LEAST_MATCHED = 0.5  # share of the surface in the overlap that must find its partner within 2.5 cells
-UNSURE = np.array([1.0, 1.0, 1e4, 1e4])  # standard deviations where the walls say nothing: radians, log scale, cells
-BLOCK_CELLS = 20.0  # neighbouring wall cells err together: about this many count as one
 
 
 def refine(
@@ -74,7 +61,7 @@ def to_working(pixels: Similarity, a: Features, b: Features) -> NDArray[np.float
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """The wall surface of a map at full resolution.
+    """Wall surface of a map at full resolution.
 
     Parameters
     ----------
@@ -89,17 +76,22 @@ class Surface:
 
     @classmethod
     def from_cells(cls, cells: MapCells) -> Surface:
-        """Take a map's walls where they face free space."""
+        """Take the wall cells that have a normal into free space."""
         faces = cells.normals.any(axis=1)
         rows, cols = cells.rows[faces], cells.cols[faces]
         index = np.full(cells.values.shape, -1, np.int32)
         index[rows, cols] = np.arange(len(rows))
         return cls(np.column_stack([cols, rows, cells.normals[faces]]), index)
 
-    def seen_by(self, placement: NDArray[np.float64], shape: tuple[int, int], most: int) -> NDArray[np.float64]:
-        """Return evenly spaced surface cells that a placement puts inside a map of a shape."""
+    def seen_by(
+        self, placement: NDArray[np.float64], shape: tuple[int, int], most: int, looked_at: int
+    ) -> NDArray[np.float64]:
+        """Return about `most` evenly spaced surface cells that a placement puts inside a map of a shape.
+
+        Of the surface, `looked_at` times as many cells are tried.
+        """
         a, b, tx, ty = placement
-        cells = self.cells[:: -(-len(self.cells) // (LOOKED_AT * most)) or 1]
+        cells = self.cells[:: -(-len(self.cells) // (looked_at * most)) or 1]
         u, v = cells[:, 0], cells[:, 1]
         x, y = a * u - b * v + tx, b * u + a * v + ty
         inside = cells[(x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])]
@@ -109,7 +101,7 @@ class Surface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """A placement between the pixels of two maps, made exact on their cells.
+    """Placement between the pixels of two maps, refined on their cells.
 
     Parameters
     ----------
@@ -117,7 +109,7 @@ class Fit:
         (a, b, tx, ty) between pixel centres.
     covariance
         Shape (4, 4) over (angle, ln scale, tx, ty) about the centroid of the overlap, in A's pixels.
-    matched
+    surface_matched
         Share of the wall surface in the overlap that lies within 2.5 cells of the other map's.
     residual_cells
         Root mean square distance of the matched surfaces, in A's cells.
@@ -125,7 +117,7 @@ class Fit:
 
     placement: NDArray[np.float64]
     covariance: NDArray[np.float64]
-    matched: float
+    surface_matched: float
     residual_cells: float
 
     @property
@@ -139,7 +131,7 @@ class Fit:
         turn = -np.eye(4)
         turn[2:, 2:] = [[-back[0], back[1]], [-back[1], -back[0]]]
         scale = math.hypot(back[0], back[1])
-        return Fit(back, turn @ self.covariance @ turn.T, self.matched, self.residual_cells * scale)
+        return Fit(back, turn @ self.covariance @ turn.T, self.surface_matched, self.residual_cells * scale)
 
     def covariance_in_map_frame(self, a: OccupancyGrid) -> NDArray[np.float64]:
         """Return the covariance in A's map frame, where y points up."""
@@ -151,32 +143,40 @@ class Fit:
 
 
 def fit_surfaces(
-    placement: NDArray[np.float64], a: Surface, b: Surface, scale_bounds: tuple[float, float], *, points: int
+    placement: NDArray[np.float64],
+    a: Surface,
+    b: Surface,
+    scale_bounds: tuple[float, float],
+    params: ExactParams,
+    *,
+    points: int,
 ) -> Fit:
-    """Refine a placement on the maps' own cells: each wall face onto the face that looks the same way.
+    """Refine a placement on the maps' own cells: each wall face onto the face with the same normal.
 
     Thick walls are seen from both sides; matching faces by their normals keeps one side from being pulled onto the
     other. Where too little of the overlap matches (maps that bend against each other), the placement stays, because
     no single similarity is exact there.
     """
     back = invert(placement[None])[0]
-    points_b, points_a = b.seen_by(placement, a.index.shape, points), a.seen_by(back, b.index.shape, points)
+    points_b = b.seen_by(placement, a.index.shape, points, params.looked_at)
+    points_a = a.seen_by(back, b.index.shape, points, params.looked_at)
     start = tuple(placement.tolist())
     fitted, normal, square, matched, inside = fit_to_surfaces(
-        start, points_b, a.index, a.cells, points_a, b.index, b.cells, np.array(REACH_CELLS), scale_bounds,
-        np.array(STRIDES), LEAST_MATCHED / 2,
+        start, points_b, a.index, a.cells, points_a, b.index, b.cells, np.array(params.reaches_cells), scale_bounds,
+        np.array(params.strides), params.min_matched_share / 2,
     )  # fmt: skip
     share = matched / max(1, inside)
     exact = np.array(fitted)
-    if share < LEAST_MATCHED:  # what is told of the placement is measured where it stays
+    if share < params.min_matched_share:  # the covariance is measured where the placement stays
         exact = placement
         squares, partners, _ = set_equations(
-            normal, np.zeros(4), start, points_b, a.index, a.cells, points_a, b.index, b.cells, REACH_CELLS[-1]
+            normal, np.zeros(4), start, points_b, a.index, a.cells, points_a, b.index, b.cells, params.reaches_cells[-1]
         )
         square = squares / max(1, partners)
-    variance = (square + 1 / 12) * BLOCK_CELLS  # with a cell's own quantisation; neighbours share their errors
-    covariance = np.asarray(np.linalg.inv(normal / variance + np.diag(UNSURE**-2)), np.float64)
-    return Fit(exact, _about_centroid(covariance, exact, points_b), share, math.sqrt(square))
+    variance = (square + 1 / 12) * params.correlated_cells  # with a cell's own quantisation
+    covariance = np.asarray(np.linalg.inv(normal / variance + np.diag(np.array(params.unsure) ** -2)), np.float64)
+    covariance = _about_centroid(covariance, exact, points_b)
+    return Fit(exact if params.use_fit else placement, covariance, share, math.sqrt(square))
 
 
 def _about_centroid(

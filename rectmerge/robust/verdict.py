@@ -1,24 +1,23 @@
-"""Whether the best placement can be trusted: its evidence, and a probability."""
+"""Verdict on the best placement: its evidence, its probability, and the thresholds."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.alignment import Verdict
+from rectmerge.robust.params import VerdictParams
+from rectmerge.robust.wall_agreement import WallAgreement
 
-ACCEPT_AT = 0.85  # probability
-AMBIGUOUS_AT = 0.9  # probability that the placement would have without its rivals
-SURE_AT = 0.99  # probability, as rigid maps, from which the mirror image need not be asked
-LARGEST_SLACK_CELLS = 4.0  # a placement that can slide further than this along its walls is even odds at most
+NO_AGREEMENT: WallAgreement[float] = WallAgreement(*[0.0] * len(WallAgreement._fields))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Evidence:
-    """What speaks for a placement.
+    """Evidence for a placement.
 
     Parameters
     ----------
@@ -33,8 +32,8 @@ class Evidence:
         The same if the maps are rigid, and if they are bent.
     likelihood, support
         Log-likelihood ratio of all walls against chance, and per wall point of the map that has fewer.
-    judged, matched, near, contradicted, clutter, clutter_matched, clutter_contradicted, violations, overlap, iou
-        As in `rectmerge.robust.wall_agreement.WallAgreement`.
+    agreement
+        Agreement of the walls, of this placement.
     surface_matched
         Share of the wall surface in the overlap that lies within 2.5 cells of the other map's.
     conflict
@@ -43,6 +42,10 @@ class Evidence:
         Standard deviation of the placement in its least certain direction, in cells of the map that stays.
     is_at_limit
         Whether the scale ended at the limit of what was allowed: the maps would fit better beyond it.
+    residual_cells
+        Root mean square distance of the matched surfaces, in cells of the map that stays.
+    params
+        Thresholds of the verdict.
     """
 
     plausibility: float
@@ -52,20 +55,13 @@ class Evidence:
     bent: float = -math.inf
     likelihood: float = 0.0
     support: float = 0.0
-    judged: float = 0.0
-    matched: float = 0.0
-    near: float = 0.0
-    contradicted: float = 0.0
-    clutter: float = 0.0
-    clutter_matched: float = 0.0
-    clutter_contradicted: float = 0.0
-    violations: float = 0.0
-    overlap: float = 0.0
-    iou: float = 0.0
+    agreement: WallAgreement[float] = NO_AGREEMENT
     surface_matched: float = 0.0
     conflict: float = 0.0
     slack_cells: float = 0.0
     is_at_limit: bool = False
+    residual_cells: float = 0.0
+    params: VerdictParams = field(default_factory=VerdictParams)
 
     @property
     def probability(self) -> float:
@@ -75,18 +71,26 @@ class Evidence:
 
     @property
     def probability_without_rivals(self) -> float:
-        """The same if no other placement came close."""
+        """Probability of the placement if no other one came close."""
         return posterior(self.plausibility)
 
     @property
     def is_sure(self) -> bool:
         """Whether the mirror image need not be asked: as rigid maps alone this is the answer."""
-        return posterior(self.rigid, self.rest_log_odds) >= SURE_AT
+        return posterior(self.rigid, self.rest_log_odds) >= self.params.sure_at
 
     @property
     def is_slack(self) -> bool:
         """Whether the walls in common leave the placement free to slide or turn."""
-        return self.slack_cells > LARGEST_SLACK_CELLS
+        return self.slack_cells > self.params.max_slack_cells
+
+    def as_dict(self) -> dict[str, float]:
+        """Return the measurements by name, those of the agreement among them."""
+        own = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "params"}
+        measured: dict[str, float] = {}
+        for name, value in own.items():
+            measured |= self.agreement._asdict() if name == "agreement" else {name: value}
+        return measured
 
 
 def posterior(plausibility: float, rest_log_odds: float = -math.inf, mirror_log_odds: float = -math.inf) -> float:
@@ -102,21 +106,18 @@ def posterior(plausibility: float, rest_log_odds: float = -math.inf, mirror_log_
 
 
 def log_odds_of_rest(plausibility: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Log of the summed odds of all answers but each one, shape (N,)."""
+    """Return the logarithm of the summed odds of all answers but each one, shape (N,)."""
     rest = np.tile(plausibility, (len(plausibility), 1))
     np.fill_diagonal(rest, -np.inf)
     summed: NDArray[np.float64] = np.logaddexp.reduce(rest, axis=1)
     return summed
 
 
-def without(evidence: Evidence, **change: float) -> Evidence:
-    """Return the evidence as it would be without something that speaks against it."""
-    return replace(evidence, **change)  # type: ignore[arg-type] # names are fields
-
-
 def judge(evidence: Evidence) -> Verdict:
     """Give the verdict on the best placement."""
-    if evidence.probability >= ACCEPT_AT:
+    if evidence.probability >= evidence.params.accept_at:
         return "accepted"
     is_held = not (evidence.is_slack or evidence.is_at_limit)
-    return "ambiguous" if is_held and evidence.probability_without_rivals >= AMBIGUOUS_AT else "rejected"
+    return (
+        "ambiguous" if is_held and evidence.probability_without_rivals >= evidence.params.ambiguous_at else "rejected"
+    )

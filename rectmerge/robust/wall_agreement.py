@@ -1,10 +1,9 @@
-"""What speaks for a placement, in numbers: how the faces of both maps' walls meet, and what they have in common."""
+"""Agreement of the walls of two maps under a placement, and of their free space."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from typing import Self
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,82 +14,92 @@ from rectmerge.analysis.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
 from rectmerge.analysis.overlap import cells_of
 from rectmerge.analysis.wall_faces import QUARTER, WallFaces
 from rectmerge.robust.features import Features
+from rectmerge.robust.params import FaceParams, RankParams
 
 CODES = 128
-MET_CELLS, NEAR_CELLS, FAR_CELLS = 1.5, 4.0, 8.0  # edges of bins of the distance to a face that looks the same way
-SAMPLED_FLOOR = 2000  # free cells that stand for all where overlaps are compared
-SAME_TURN = math.radians(3.0)  # placements that turn alike share the sides of B
-BESIDE_CELLS = 3.0
+Value = TypeVar("Value")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class WallAgreement:
-    """What speaks for each of N placements; every array has shape (N,).
+class WallAgreement(NamedTuple, Generic[Value]):
+    """Agreement of the walls under placements: numbers of one placement, or of N in arrays of shape (N,).
 
     Parameters
     ----------
     judged
-        Faces of walls that fall where the other map can tell, of both maps, counted by the coarser map's cells.
+        Faces of walls that fall where the other map is known, of both maps, counted by the coarser map's cells.
     matched, near, contradicted
-        Shares of these within 1.5 cells of a face of the other map that looks the same way, within 4, and beyond 8.
+        Shares of these within 1.5 cells of a face of the other map with the same normal, within 4, and beyond 8.
     clutter, clutter_matched, clutter_contradicted
         The same of faces that are in no long run: things may have been moved between the visits.
     violations
-        Share of the walls on known cells of the other map that lie deep in its free space, whichever way they face.
+        Share of the walls on known cells of the other map that lie deep in its free space, whatever their normal.
     overlap, iou
         Of the free space: over the smaller area, and over the union.
     """
 
-    judged: NDArray[np.float64]
-    matched: NDArray[np.float64]
-    near: NDArray[np.float64]
-    contradicted: NDArray[np.float64]
-    clutter: NDArray[np.float64]
-    clutter_matched: NDArray[np.float64]
-    clutter_contradicted: NDArray[np.float64]
-    violations: NDArray[np.float64]
-    overlap: NDArray[np.float64]
-    iou: NDArray[np.float64]
+    judged: Value
+    matched: Value
+    near: Value
+    contradicted: Value
+    clutter: Value
+    clutter_matched: Value
+    clutter_contradicted: Value
+    violations: Value
+    overlap: Value
+    iou: Value
 
-    def take(self, which: NDArray[np.intp]) -> Self:
-        """Return some of the placements, in this order."""
-        return type(self)(**{field.name: getattr(self, field.name)[which] for field in fields(self)})
 
-    def concat(self, other: Self) -> Self:
-        """Return this one's placements and another's."""
-        names = [field.name for field in fields(self)]
-        return type(self)(**{name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in names})
+Agreements = WallAgreement[NDArray[np.float64]]
+
+
+def take(agreements: Agreements, indices: NDArray[np.intp]) -> Agreements:
+    """Return some of the placements, in this order."""
+    return WallAgreement(*(values[indices] for values in agreements))
+
+
+def concat(first: Agreements, second: Agreements) -> Agreements:
+    """Return the placements of both, the first ones first."""
+    return WallAgreement(*(np.concatenate(both) for both in zip(first, second, strict=True)))
+
+
+def at(agreements: Agreements, index: int) -> WallAgreement[float]:
+    """Return the agreement of one placement."""
+    return WallAgreement(*(float(values[index]) for values in agreements))
 
 
 class AgreementScorer:
-    """Two maps made ready for placements of B on A to be weighed.
+    """Scorer of the agreement of two maps under placements of B on A.
 
     Parameters
     ----------
     a, b
         The features.
     angle
-        Of the directions in A that faces are sorted by, radians: those of its walls.
+        Of normal 0 of A's faces, radians: the strongest direction of its walls.
+    faces, params
+        Parameters of faces and of their agreement.
     """
 
-    def __init__(self, a: Features, b: Features, angle: float) -> None:
+    def __init__(self, a: Features, b: Features, angle: float, faces: FaceParams, params: RankParams) -> None:
         self._a, self._b, self._angle = a, b, angle
-        self._on_a = a.faces(angle)
+        self._faces, self._params = faces, params
+        self._turn_step = math.radians(params.turn_step_deg)
+        self._on_a = a.faces(angle, faces)
         self._on_b: dict[int, WallFaces] = {}
-        self._floor = np.ascontiguousarray(cells_of(b.free, SAMPLED_FLOOR)[:, ::-1].T, np.float32)
+        self._floor = np.ascontiguousarray(cells_of(b.free, params.max_free_samples)[:, ::-1].T, np.float32)
 
-    def score(self, placements: NDArray[np.float64]) -> WallAgreement:
-        """Weigh placements, rows (a, b, tx, ty) between the working grids."""
-        walls, things = self._faces_met(placements)
-        judged, met, near, far = _shares(walls)
-        some, clutter_matched, _, clutter_contradicted = _shares(things)
+    def score(self, placements: NDArray[np.float64]) -> Agreements:
+        """Score placements, rows (a, b, tx, ty) between the working grids."""
+        long_faces, clutter_faces = self._codes_met(placements)
+        judged, matched, near, contradicted = _shares(long_faces, self._params)
+        clutter, clutter_matched, _, clutter_contradicted = _shares(clutter_faces, self._params)
         overlap, iou = self._overlaps(placements)
         return WallAgreement(
             judged=judged,
-            matched=met,
+            matched=matched,
             near=near,
-            contradicted=far,
-            clutter=some,
+            contradicted=contradicted,
+            clutter=clutter,
             clutter_matched=clutter_matched,
             clutter_contradicted=clutter_contradicted,
             violations=self._violations(placements),
@@ -98,16 +107,16 @@ class AgreementScorer:
             iou=iou,
         )
 
-    def _faces_met(self, placements: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _codes_met(self, placements: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Count the codes that long faces and others of both maps meet, by the coarser map's cells, (N, CODES) each."""
         back = invert(placements)
         turns = np.arctan2(placements[:, 1], placements[:, 0])
-        alike = np.rint((self._angle - turns) % QUARTER / SAME_TURN).astype(int)
+        alike = np.rint((self._angle - turns) % QUARTER / self._turn_step).astype(int)
         forward = np.zeros((2, len(placements), CODES), np.int32)
         backward = np.zeros_like(forward)
         for key in np.unique(alike):
             which = np.flatnonzero(alike == key)
-            on_b = self._sides_of_b(int(key))
+            on_b = self._faces_of_b(int(key))
             quarters = np.rint((on_b.angle + turns[which] - self._angle) / QUARTER).astype(np.int64) % 4
             of_a, of_b = ((side.faces & side.is_long, side.faces & ~side.is_long) for side in (self._on_a, on_b))
             for kind in range(2):
@@ -118,13 +127,13 @@ class AgreementScorer:
         walls = _by_coarser_cells(placements, forward[0], backward[0])
         return walls, _by_coarser_cells(placements, forward[1], backward[1])
 
-    def _sides_of_b(self, key: int) -> WallFaces:
+    def _faces_of_b(self, key: int) -> WallFaces:
         if key not in self._on_b:
-            self._on_b[key] = self._b.faces(key * SAME_TURN)
+            self._on_b[key] = self._b.faces(key * self._turn_step, self._faces)
         return self._on_b[key]
 
     def _overlaps(self, placements: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Estimate what the free spaces share, of the smaller and of the union, from evenly spaced free cells of B."""
+        """Estimate the overlap over the smaller free space and over the union, from evenly spaced free cells of B."""
         hits = np.zeros(len(placements), np.int64)
         add_scores(placements, self._floor, self._a.free.astype(np.int32), hits)
         area_a = np.count_nonzero(self._a.free)
@@ -133,15 +142,15 @@ class AgreementScorer:
         return common / np.maximum(1.0, np.minimum(area_a, area_b)), common / np.maximum(1.0, area_a + area_b - common)
 
     def _violations(self, placements: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Share of both maps' walls on cells that the other knows which lie deep in its free space, shape (N,)."""
+        """Return the share of the walls on known cells of the other map that lie deep in its free space, shape (N,)."""
         ways = np.zeros(len(placements), np.int64)
         one, two = (np.ones((len(f.walls), 1), np.bool_) for f in (self._a, self._b))
         forward = _tallied(placements, ways, self._b.walls, two, self._a.distance_bins[None])
         backward = _tallied(invert(placements), ways, self._a.walls, one, self._b.distance_bins[None])
         counts = _by_coarser_cells(placements, forward, backward)
-        known = counts[:, :BINS].sum(axis=1) + _within(counts[:, IN_UNKNOWN:], BESIDE_CELLS)
-        missing: NDArray[np.float64] = _beyond(counts, FAR_CELLS) / np.maximum(known, 1.0)
-        return missing
+        known = counts[:, :BINS].sum(axis=1) + _within(counts[:, IN_UNKNOWN:], self._params.known_beside_cells)
+        violations: NDArray[np.float64] = _beyond(counts, self._params.contradicted_cells) / np.maximum(known, 1.0)
+        return violations
 
 
 def _within(counts: NDArray[np.float64], cells: float) -> NDArray[np.float64]:
@@ -150,14 +159,14 @@ def _within(counts: NDArray[np.float64], cells: float) -> NDArray[np.float64]:
     return sums
 
 
-def _shares(counts: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-    """How many faces could be judged by the codes they met, and the shares of them that are met, near and far."""
+def _shares(counts: NDArray[np.float64], params: RankParams) -> tuple[NDArray[np.float64], ...]:
+    """Return the number of judged faces by the codes they met, and their shares matched, near and contradicted."""
     free, beyond = counts[:, :BINS], counts[:, IN_UNKNOWN : IN_UNKNOWN + BINS]
-    judged = free.sum(axis=1) + _within(beyond, NEAR_CELLS / 2)
+    judged = free.sum(axis=1) + _within(beyond, params.near_cells / 2)
     some = np.maximum(judged, 1.0)
-    met = (_within(free, MET_CELLS) + _within(beyond, MET_CELLS)) / some
-    near = (_within(free, NEAR_CELLS) + _within(beyond, NEAR_CELLS / 2)) / some
-    return judged, met, near, _beyond(free, FAR_CELLS) / some
+    matched = (_within(free, params.matched_cells) + _within(beyond, params.matched_cells)) / some
+    near = (_within(free, params.near_cells) + _within(beyond, params.near_cells / 2)) / some
+    return judged, matched, near, _beyond(free, params.contradicted_cells) / some
 
 
 def _beyond(counts: NDArray[np.float64], cells: float) -> NDArray[np.float64]:

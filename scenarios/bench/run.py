@@ -8,11 +8,12 @@ from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
 from rectmerge.io.json_text import plain
+from rectmerge.method_fields import field_values
 from scenarios.bench.contenders import Contender
 from scenarios.bench.plan import RunPlan
 from scenarios.bench.resume import MACHINE, RECORD, RESULTS, SUMMARY, Results, open_results, read_row_file
@@ -185,8 +186,8 @@ def _record(plan: RunPlan, limits: Limits, this_run: str, pairs: int) -> str:
 def _contender_record(contender: Contender) -> dict[str, Any]:
     """Return a contender's table in ``run.toml``: every field of its method, set or by default."""
     method = contender.method
-    set_ = {f.name: getattr(method, f.name) for f in dataclasses.fields(cast(Any, method)) if f.name != "name"}
-    return {"label": contender.label, "method": method.name, "knows_scale": contender.knows_scale, "set": set_}
+    labels = {"label": contender.label, "method": method.name, "knows_scale": contender.knows_scale}
+    return labels | {"set": field_values(method)}
 
 
 def _summary(plan: RunPlan, path: Path) -> dict[str, Any]:

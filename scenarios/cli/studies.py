@@ -13,7 +13,7 @@ from scenarios.execution.terminal import progress, row_callback
 
 def calibrate(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", help="Runs of `robust` with --set robust.candidates=20.")
+        list[Path], typer.Argument(metavar="RUN...", help="Runs of `robust` with --set robust.max_candidates=20.")
     ],
 ) -> None:
     """Fit the confidence of `robust` to the split train and print the numbers for rectmerge/robust/confidence_model.py.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rectmerge.methods import align, searched_scale
-from rectmerge.robust.certificate import Certificate, certify
+from rectmerge.alignment import Certificate, Certifies
+from rectmerge.methods import DEFAULT_METHOD, align, make_method, searched_scale
 from scenarios.dataset.reader import open_dataset
 from scenarios.execution.terminal import table
 from scenarios.pairs.pair import MapPair
@@ -60,11 +60,11 @@ def certificate_table(found: Sequence[tuple[str, Certificate]]) -> str:
 
 
 def _certified(pair: MapPair, seconds: float) -> Certificate | None:
-    answer = align(pair.a, pair.b)
-    if not answer:
+    answer, method = align(pair.a, pair.b), make_method(DEFAULT_METHOD)
+    if not (answer and isinstance(method, Certifies)):
         return None
     scale = searched_scale("auto", answer.scale)
-    return certify(pair.a, pair.b, answer.candidates[0].pixels, scale=scale, seconds=seconds)
+    return method.certify(pair.a, pair.b, answer.candidates[0].pixels, scale=scale, seconds=seconds)
 
 
 def _kind(certificate: Certificate) -> str:

@@ -22,7 +22,7 @@ from rectmerge.methods import align
 from rectmerge.robust.correlation import correlate
 from rectmerge.robust.face_score import FaceScore
 from rectmerge.robust.features import Features, dominant_angles, extract_features, rectangles_in_frame
-from rectmerge.robust.wall_agreement import FAR_CELLS, MET_CELLS, NEAR_CELLS
+from rectmerge.robust.params import Params
 from rectmerge.similarity import Similarity
 from scenarios.execution.files import clear_folder
 from scenarios.gallery.page_picture import small_png
@@ -46,8 +46,9 @@ MEETINGS: Mapping[str, Color] = {
     "thing not there": ORANGE,
     "only one map knows": SILENT,
 }
+PARAMS = Params()  # of the default method
 ZOOM = 2  # pixels of a picture per working cell
-RECTANGLES, DRAWN_RECTANGLES = 120, 8
+DRAWN_RECTANGLES = 8
 PEAKS, RING_PX, WHITE = 5, 10, (255, 255, 255)
 
 
@@ -70,11 +71,11 @@ class Explained:
         SimulationError
             If a map has no walls or no placement is found.
         """
-        a, b = (extract_features(MapCells.from_values(trinary(grid))) for grid in (pair.a, pair.b))
+        a, b = (extract_features(MapCells.from_values(trinary(grid)), PARAMS.prepare) for grid in (pair.a, pair.b))
         alignment = align(pair.a, pair.b, scale="free")
         if a is None or b is None or len(alignment.candidates) < 2:
             raise SimulationError(f"{pair.pair_id}: nothing to explain: {alignment.reason}")
-        return cls(pair, alignment, a, b, dominant_angles(a)[0][0])
+        return cls(pair, alignment, a, b, dominant_angles(a, PARAMS.prepare)[0][0])
 
     @property
     def best(self) -> Candidate:
@@ -84,7 +85,7 @@ class Explained:
     @property
     def sides(self) -> tuple[WallFaces, WallFaces]:
         """Wall faces of A and of B, numbered alike under the best candidate."""
-        return self.a.faces(self.angle), self.sides_of_b(self.best.pixels)
+        return self.a.faces(self.angle, PARAMS.faces), self.sides_of_b(self.best.pixels)
 
     def working(self, pixels: Similarity) -> Similarity:
         """Return the placement between working grids for one between the maps' pixels."""
@@ -93,7 +94,7 @@ class Explained:
 
     def sides_of_b(self, pixels: Similarity) -> WallFaces:
         """Return the wall faces of B, sorted by the directions of A under a placement."""
-        return self.b.faces(self.angle - pixels.angle)
+        return self.b.faces(self.angle - pixels.angle, PARAMS.faces)
 
 
 def explain(folder: str | Path, *, force: bool = False, say: Callable[[str], None]) -> list[Path]:
@@ -144,7 +145,7 @@ def draw_features(shown: Explained) -> Picture:
     sides = shown.sides
     maps = shown.a, shown.b
     frames = [
-        rectangles_in_frame(features, each.angle, most=RECTANGLES) for features, each in zip(maps, sides, strict=True)
+        rectangles_in_frame(features, each.angle, PARAMS.prepare) for features, each in zip(maps, sides, strict=True)
     ]
     room = _same_room(frames[0].boxes, frames[1].boxes, shown.working(shown.best.pixels))
     pictures = []
@@ -164,11 +165,11 @@ def draw_features(shown: Explained) -> Picture:
 
 def draw_shifts(shown: Explained) -> Picture:
     """Draw the scores of all shifts of B on A in four quarter turns, and the highest peaks of the correlation."""
-    score = FaceScore.from_placement(shown.a, shown.b, shown.best.pixels)
+    score = FaceScore.from_placement(shown.a, shown.b, shown.best.pixels, PARAMS)
     turn, size = float(score.given[0]), float(score.given[1])
     (height, width), beyond = shown.a.free.shape, math.ceil(shown.b.radius * math.exp(size))
     x, y = np.meshgrid(np.arange(-beyond, width + beyond), np.arange(-beyond, height + beyond))
-    peaks, _ = correlate(*shown.sides, [math.exp(size)], most=PEAKS)
+    peaks, _ = correlate(*shown.sides, [math.exp(size)], PARAMS.correlate, PARAMS.gain, max_shifts=PEAKS)
     pictures, captions = [], []
     for quarter in range(4):
         at = np.column_stack([np.full((x.size, 2), (turn + quarter * QUARTER, size)), x.ravel(), y.ravel()])
@@ -202,7 +203,7 @@ def draw_ward(shown: Explained) -> Picture:
 def draw_meetings(shown: Explained, pixels: Similarity) -> Picture:
     """Draw the faces of both maps under a placement, in A's working grid, by their match in the other map."""
     working = shown.working(pixels)
-    on_a, on_b = shown.a.faces(shown.angle), shown.sides_of_b(pixels)
+    on_a, on_b = shown.a.faces(shown.angle, PARAMS.faces), shown.sides_of_b(pixels)
     canvas = _Canvas.from_features([(shown.a, Similarity()), (shown.b, working)])
     points_by_kind = [
         (shown.a.walls, _meetings(on_a, on_b, working.inverse())),
@@ -221,13 +222,15 @@ def _meetings(mine: WallFaces, other: WallFaces, placement: Similarity) -> NDArr
     is_inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
     codes = other.codes[:, v.clip(0, height - 1), u.clip(0, width - 1)].T.astype(np.intp)  # (N, 4)
     beyond = codes - IN_UNKNOWN
-    is_near = (beyond >= 0) & (beyond < BINS) & (EDGES_CELLS[beyond.clip(0, BINS)] < NEAR_CELLS / 2)
+    is_near = (beyond >= 0) & (beyond < BINS) & (EDGES_CELLS[beyond.clip(0, BINS)] < PARAMS.rank.near_cells / 2)
     is_judged = mine.faces & is_inside[:, None] & ((codes < BINS) | is_near)
     away = np.where(is_judged, EDGES_CELLS[(codes % IN_UNKNOWN).clip(0, BINS)], np.inf).min(axis=1)
     is_long = (mine.is_long & mine.faces).any(axis=1)
     kinds = np.where(is_long, "wall met", "thing met")
-    kinds = np.where(away >= MET_CELLS, "beside", kinds)
-    kinds = np.where(away >= FAR_CELLS, np.where(is_long, "wall contradicted", "thing not there"), kinds)
+    kinds = np.where(away >= PARAMS.rank.matched_cells, "beside", kinds)
+    kinds = np.where(
+        away >= PARAMS.rank.contradicted_cells, np.where(is_long, "wall contradicted", "thing not there"), kinds
+    )
     return np.where(np.isinf(away), "only one map knows", kinds)
 
 

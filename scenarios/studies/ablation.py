@@ -2,31 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
-from types import ModuleType
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
-from rectmerge._kernels.wall_cells import SPECK, SURFACE, describe_walls
-from rectmerge.analysis import trinary_map as cells
-from rectmerge.analysis import wall_faces as sides
 from rectmerge.methods import make_method
-from rectmerge.robust import features, hypotheses, method, search, verdict
-from rectmerge.robust.refinement import Fit, fit_surfaces
-from rectmerge.robust.search import Search
-from rectmerge.robust.wall_agreement import WallAgreement
 from scenarios.bench.asking import ask
 from scenarios.bench.contenders import Contender
 from scenarios.bench.rows import score_answer
 from scenarios.pairs.pair import MapPair
 from scenarios.scoring.row import Row
-
-Patch = tuple[ModuleType | type, str, Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,82 +21,34 @@ class Ablation:
     ----------
     name
         What is off or smaller.
-    patches
-        (module or class, name, value): what the name stands for there while the change lasts. The method offers no
-        options for its stages, and needs none outside of this table.
     fields
-        Fields of the method.
+        Fields of the method, as ``--set`` names them.
     """
 
     name: str
-    patches: tuple[Patch, ...] = ()
-    fields: tuple[tuple[str, int], ...] = ()
+    fields: Mapping[str, bool | int | float] = field(default_factory=dict)
 
-    @contextmanager
-    def applied(self) -> Iterator[Contender]:
-        """Make the change for the length of the body, in this process, and hand out the method to ask."""
-        before = [(module, name, getattr(module, name)) for module, name, _ in self.patches]
-        try:
-            for module, name, value in self.patches:
-                setattr(module, name, value)
-            yield Contender(label=self.name, method=make_method("robust", **dict(self.fields)))
-        finally:
-            for module, name, value in before:
-                setattr(module, name, value)
+    def contender(self) -> Contender:
+        """Return the changed method under the name of the change."""
+        return Contender(label=self.name, method=make_method("robust", **dict(self.fields)))
 
 
 def ablated_rows(ablation: Ablation, pairs: Sequence[MapPair]) -> Iterator[Row]:
     """Put the changed method to every pair."""
-    with ablation.applied() as contender:
-        for pair in pairs:
-            yield score_answer(pair, contender, ask(pair, contender))
-
-
-def _no_two_sided_pairs(*arguments: Any) -> int:
-    """Stand in for `pair_by_both_sides`: no hypothesis is added to the count, its last argument."""
-    return int(arguments[-1])
-
-
-def _placement_kept(placement: NDArray[np.float64], *arguments: Any, **options: Any) -> Fit:
-    """Stand in for `fit_surfaces`: its measurements without its move."""
-    return dataclasses.replace(fit_surfaces(placement, *arguments, **options), placement=placement)
-
-
-def _no_placements(*_: Any) -> NDArray[np.float64]:
-    """Stand in for what proposes placements: none."""
-    return np.empty((0, 4))
-
-
-def _all_faces_alike(lengths: NDArray[np.float64], *_: NDArray[np.float64], **__: float) -> NDArray[np.float64]:
-    """Stand in for `run_lengths`: every face is part of a long run."""
-    return np.full(len(lengths), np.inf)
-
-
-def _no_odds(weights: WallAgreement, *_: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Stand in for one of the two models: it finds nothing plausible."""
-    return np.full(len(weights.matched), -30.0)
-
-
-def no_specks(values: NDArray[np.int8], occupied: NDArray[np.int64]) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
-    """Stand in for the kernel `describe_walls`: specks are surface like any other."""
-    kinds, normals = describe_walls(values, occupied)
-    return np.where(kinds == SPECK, SURFACE, kinds).astype(np.int8), normals
+    contender = ablation.contender()
+    for pair in pairs:
+        yield score_answer(pair, contender, ask(pair, contender))
 
 
 ABLATIONS = (
     Ablation(name="nothing: the method as it is"),
-    Ablation(
-        name="rectangle pairs that agree in both sides",
-        patches=((hypotheses, "pair_by_both_sides", _no_two_sided_pairs),),
-    ),
-    Ablation(name="removal of specks", patches=((cells, "describe_walls", no_specks), (features, "SPECK_CELLS", 0))),
-    Ablation(
-        name="every shift, where rectangles do not convince", patches=((Search, "by_correlation", _no_placements),)
-    ),
-    Ablation(name="rivals at the same scale", patches=((Search, "rivals_of", _no_placements),)),
-    Ablation(name="walls apart from things", patches=((sides, "run_lengths", _all_faces_alike),)),
-    Ablation(name="the model of rigid maps", patches=((search, "rigid_odds", _no_odds),)),
-    Ablation(name="the model of bent maps", patches=((search, "bent_odds", _no_odds),)),
-    Ablation(name="the mirror image as a rival", patches=((verdict, "SURE_AT", 0.0),)),
-    Ablation(name="fit of the surfaces", patches=((method, "fit_surfaces", _placement_kept),)),
+    Ablation(name="rectangle pairs that agree in both sides", fields={"propose.use_two_sided": False}),
+    Ablation(name="removal of specks", fields={"prepare.max_speck_cells": 0, "prepare.max_speck_weight": 0}),
+    Ablation(name="every shift, where rectangles do not convince", fields={"propose.use_correlation": False}),
+    Ablation(name="rivals at the same scale", fields={"propose.use_rivals": False}),
+    Ablation(name="walls apart from things", fields={"faces.min_run_cells": 0.0}),
+    Ablation(name="the model of rigid maps", fields={"confidence.use_rigid": False}),
+    Ablation(name="the model of bent maps", fields={"confidence.use_bent": False}),
+    Ablation(name="the mirror image as a rival", fields={"verdict.sure_at": 0.0}),
+    Ablation(name="fit of the surfaces", fields={"exact.use_fit": False}),
 )

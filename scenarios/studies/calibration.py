@@ -9,13 +9,14 @@ maximised by Adam (Kingma and Ba, arXiv:1412.6980).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.robust import confidence_model as model
+from rectmerge.robust.params import ConfidenceParams
 from rectmerge.robust.wall_agreement import WallAgreement
 from scenarios.scoring.row import Row
 from scenarios.scoring.score import RIGHT
@@ -64,7 +65,7 @@ class GradedCandidates:
         """
         records = [(row, evidence) for row in rows if (evidence := row.get("evidence"))]
         if not records:
-            raise InputError("the rows hold no evidence: run the method robust, with --set robust.candidates=20")
+            raise InputError("the rows hold no evidence: run the method robust, with --set robust.max_candidates=20")
         most = max(len(evidence) for _, evidence in records)
         terms = np.zeros((len(records), most, len(model.RIGID_TERMS)))
         is_there, is_right = np.zeros((2, len(records), most), np.bool_)
@@ -94,21 +95,19 @@ def report(rows: Sequence[Row]) -> str:
     graded = GradedCandidates.from_rows(training)
     weights = fit(graded)
     with_right = int(graded.is_right.any(axis=1).sum())
-    rigid = graded.without_bent()
+    rigid, in_use = graded.without_bent(), np.array(ConfidenceParams().rigid)
     lines = (
         f"# {len(training)} pairs, {with_right} of them with a right candidate",
-        f"RIGID = np.array([{', '.join(f'{weight:.2f}' for weight in weights)}])",
-        f"# {loss(rigid, weights):.4f} nats a pair; the numbers in use {loss(rigid, model.RIGID):.4f}",
+        f"rigid = ({', '.join(f'{weight:.2f}' for weight in weights)})",
+        f"# {loss(rigid, weights):.4f} nats a pair; the numbers in use {loss(rigid, in_use):.4f}",
     )
     return "\n".join(lines)
 
 
 def terms_of(evidence: Sequence[dict[str, float]]) -> NDArray[np.float64]:
     """Return the terms of a pair's candidates, shape (K, len(RIGID_TERMS))."""
-    columns = {
-        field.name: np.array([candidate[field.name] for candidate in evidence]) for field in fields(WallAgreement)
-    }
-    return model.rigid_terms(WallAgreement(**columns))
+    columns = (np.array([candidate[name] for candidate in evidence]) for name in WallAgreement._fields)
+    return model.rigid_terms(WallAgreement(*columns), ConfidenceParams())
 
 
 def fit(graded: GradedCandidates) -> NDArray[np.float64]:

@@ -20,15 +20,17 @@ from rectmerge.io.map_file import write_map
 from rectmerge.methods import align, available, make_method
 from rectmerge.rectangles import maximal_rectangles
 from rectmerge.robust.features import extract_features
+from rectmerge.robust.params import Params
 from tests.bench.bench_paper import noisy_pair
 
+PARAMS = Params()
 SIDES = (400, 1000, 2000, 4000)
 ROUNDS = 3
 STAGES = {
     "stage: reading the cells": lambda grid: MapCells.from_values(trinary(grid)),
     "stage: quality": measure_quality,
     "stage: maximal rectangles": lambda grid: maximal_rectangles(grid.free),
-    "stage: features": lambda grid: extract_features(MapCells.from_values(trinary(grid))),
+    "stage: features": lambda grid: extract_features(MapCells.from_values(trinary(grid)), PARAMS.prepare),
 }
 
 

@@ -244,7 +244,9 @@ def test_a_switch_is_read_as_people_type_it(text, value):
         ("paper-repaired", "orientation", "compass"),
         ("paper", "weights", "1,2"),
         ("paper", "min_area_cells", "-1"),
-        ("robust", "refined", "0"),
+        ("robust", "max_candidates", "0"),
+        ("robust", "propose.max_refined", "none"),
+        ("robust", "confidence.rigid", "1,two"),
     ],
 )
 def test_a_value_that_does_not_fit_is_refused_with_its_method_field_and_value(name, field, value):

@@ -7,13 +7,15 @@ from hypothesis import strategies as st
 
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.errors import InputError
-from rectmerge.robust.certificate import AWAY, certify
+from rectmerge.robust.certificate import certify
 from rectmerge.robust.face_score import PADDING, FaceScore, total
 from rectmerge.robust.features import extract_features
+from rectmerge.robust.params import Params
 from rectmerge.similarity import Similarity
 from tests import naive
 from tests.rectmerge.robust import plans
 
+PARAMS = Params()
 ROW = [*(plans.box(40 * i, 0, 34, 50) for i in range(8)), *(plans.box(40 * i + 33, 20, 8, 10) for i in range(7))]
 
 
@@ -26,8 +28,8 @@ def office_pair() -> tuple[plans.PlanView, plans.PlanView, Similarity]:
 @pytest.fixture(scope="module")
 def office_score() -> FaceScore:
     a, b, pixels = office_pair()
-    features = [extract_features(MapCells.from_values(view.grid.occupancy)) for view in (a, b)]
-    return FaceScore.from_placement(features[0], features[1], pixels)
+    features = [extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b)]
+    return FaceScore.from_placement(features[0], features[1], pixels, PARAMS)
 
 
 def random_boxes(score: FaceScore, rng: np.random.Generator, count: int, largest_cells: float):
@@ -94,7 +96,7 @@ def test_bounds_that_are_known_already_never_rise(office_score):
 def test_a_distinctive_office_is_certified():
     a, b, pixels = office_pair()
 
-    found = certify(a.grid, b.grid, pixels, scale=(1.08, 1.12), seconds=120)
+    found = certify(a.grid, b.grid, pixels, scale=(1.08, 1.12), seconds=120, params=PARAMS)
 
     assert found
     assert found.counterexample is None
@@ -107,26 +109,28 @@ def test_a_row_of_identical_cells_is_not_and_what_scores_alike_is_shown():
     a, b = plans.see(ROW), plans.see(ROW, degrees=30, window=(-8, -8, 168, 66))
     pixels = a.pixels.inverse() @ b.pixels
 
-    found = certify(a.grid, b.grid, pixels, scale=(0.98, 1.02), seconds=120)
+    found = certify(a.grid, b.grid, pixels, scale=(0.98, 1.02), seconds=120, params=PARAMS)
 
     assert not found
     assert found.counterexample is not None
     middle = np.array(b.grid.shape[::-1]) / 2
     landmarks = middle + np.array([[90.0, 0.0], [0.0, 90.0], [-90.0, 0.0], [0.0, -90.0]])
     moved = np.hypot(*(found.counterexample.apply(landmarks) - pixels.apply(landmarks)).T).max()
-    assert moved > AWAY * np.hypot(*(np.ptp(np.argwhere(a.grid.occupancy >= 0), axis=0) + 1))
-    features = [extract_features(MapCells.from_values(view.grid.occupancy)) for view in (a, b)]
-    alone = FaceScore.from_placement(features[0], features[1], found.counterexample).accepted / 32
+    assert moved > PARAMS.certificate.away_share * np.hypot(*(np.ptp(np.argwhere(a.grid.occupancy >= 0), axis=0) + 1))
+    features = [extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b)]
+    alone = FaceScore.from_placement(features[0], features[1], found.counterexample, PARAMS).accepted / 32
     assert found.counterexample_score >= (1 - found.margin) * found.score
     assert alone > 0.75 * found.score  # scored anew, with ways counted from the other placement
 
 
 def test_the_time_limit_holds_within_a_second_and_the_gap_is_told():
     a, b, pixels = office_pair()
-    reading = min(certify(a.grid, b.grid, pixels, scale=(0.5, 2.0), seconds=1e-9).seconds for _ in range(3))
+    reading = min(
+        certify(a.grid, b.grid, pixels, scale=(0.5, 2.0), seconds=1e-9, params=PARAMS).seconds for _ in range(3)
+    )
     started = time.perf_counter()
 
-    found = certify(a.grid, b.grid, pixels, scale=(0.5, 2.0), seconds=0.3)
+    found = certify(a.grid, b.grid, pixels, scale=(0.5, 2.0), seconds=0.3, params=PARAMS)
 
     assert time.perf_counter() - started < reading + 0.3 + 1.0
     assert not found
@@ -137,7 +141,9 @@ def test_the_time_limit_holds_within_a_second_and_the_gap_is_told():
 def test_a_placement_no_better_than_chance_is_not_certified():
     a, b, pixels = office_pair()
 
-    found = certify(a.grid, b.grid, pixels @ Similarity(1.0, 0.4, 31.0, 17.0), scale=(1.0, 1.2))
+    found = certify(
+        a.grid, b.grid, pixels @ Similarity(1.0, 0.4, 31.0, 17.0), scale=(1.0, 1.2), seconds=10.0, params=PARAMS
+    )
 
     assert not found
     assert found.counterexample is None or found.score > 0
@@ -147,6 +153,6 @@ def test_bad_words_are_refused():
     a, b, pixels = office_pair()
 
     with pytest.raises(InputError, match="seconds must be > 0"):
-        certify(a.grid, b.grid, pixels, scale=(0.5, 2.0), seconds=0.0)
+        certify(a.grid, b.grid, pixels, scale=(0.5, 2.0), seconds=0.0, params=PARAMS)
     with pytest.raises(InputError, match="scale must satisfy"):
-        certify(a.grid, b.grid, pixels, scale=(2.0, 0.5))
+        certify(a.grid, b.grid, pixels, scale=(2.0, 0.5), seconds=10.0, params=PARAMS)

@@ -1,11 +1,7 @@
-import dataclasses
-
 import numpy as np
 import pytest
 
 from rectmerge.robust.confidence_model import (
-    FAT_CELLS,
-    RIGID,
     RIGID_TERMS,
     bent_handicap,
     bent_odds,
@@ -13,34 +9,31 @@ from rectmerge.robust.confidence_model import (
     rigid_odds,
     rigid_terms,
 )
+from rectmerge.robust.params import ConfidenceParams
 from rectmerge.robust.wall_agreement import WallAgreement
 
+PARAMS = ConfidenceParams()
 GOOD = WallAgreement(
-    **{
-        name: np.array([value])
-        for name, value in {
-            "judged": 800.0,
-            "matched": 0.95,
-            "near": 0.98,
-            "contradicted": 0.01,
-            "clutter": 400.0,
-            "clutter_matched": 0.8,
-            "clutter_contradicted": 0.05,
-            "violations": 0.02,
-            "overlap": 0.7,
-            "iou": 0.5,
-        }.items()
-    }
+    judged=np.array([800.0]),
+    matched=np.array([0.95]),
+    near=np.array([0.98]),
+    contradicted=np.array([0.01]),
+    clutter=np.array([400.0]),
+    clutter_matched=np.array([0.8]),
+    clutter_contradicted=np.array([0.05]),
+    violations=np.array([0.02]),
+    overlap=np.array([0.7]),
+    iou=np.array([0.5]),
 )
 
 
 def test_there_is_a_weight_for_every_term():
-    assert rigid_terms(GOOD).shape == (1, len(RIGID_TERMS))
-    assert len(RIGID) == len(RIGID_TERMS)
+    assert rigid_terms(GOOD, PARAMS).shape == (1, len(RIGID_TERMS))
+    assert len(PARAMS.rigid) == len(RIGID_TERMS)
 
 
 def test_walls_that_meet_are_plausible():
-    assert rigid_odds(GOOD)[0] > 3
+    assert rigid_odds(GOOD, PARAMS)[0] > 3
 
 
 @pytest.mark.parametrize(
@@ -48,15 +41,16 @@ def test_walls_that_meet_are_plausible():
     [("matched", 0.5), ("clutter_matched", 0.3), ("violations", 0.2), ("overlap", 0.1), ("clutter", 10.0)],
 )
 def test_less_that_speaks_for_it_is_less_plausible_as_rigid_maps(name, value):
-    assert rigid_odds(dataclasses.replace(GOOD, **{name: np.array([value])}))[0] < rigid_odds(GOOD)[0] - 0.3
+    assert rigid_odds(GOOD._replace(**{name: np.array([value])}), PARAMS)[0] < rigid_odds(GOOD, PARAMS)[0] - 0.3
 
 
 def test_bent_maps_need_support_and_little_that_is_missing():
     support = np.array([0.8])
 
-    assert bent_odds(GOOD, support)[0] > bent_odds(GOOD, 0.2 * support)[0]
+    assert bent_odds(GOOD, support, PARAMS)[0] > bent_odds(GOOD, 0.2 * support, PARAMS)[0]
     assert (
-        bent_odds(GOOD, support)[0] > bent_odds(dataclasses.replace(GOOD, violations=np.array([0.2])), support)[0] + 5
+        bent_odds(GOOD, support, PARAMS)[0]
+        > bent_odds(GOOD._replace(violations=np.array([0.2])), support, PARAMS)[0] + 5
     )
 
 
@@ -68,5 +62,5 @@ def test_bent_maps_count_where_no_rigid_ones_convince():
 
 
 def test_maps_with_thin_walls_are_less_likely_bent():
-    assert bent_handicap(FAT_CELLS) == bent_handicap(5.0) == 0.0
-    assert bent_handicap(1.0) < bent_handicap(2.0) < 0.0
+    assert bent_handicap(PARAMS.fat_wall_cells) == bent_handicap(5.0, PARAMS) == 0.0
+    assert bent_handicap(1.0, PARAMS) < bent_handicap(2.0, PARAMS) < 0.0

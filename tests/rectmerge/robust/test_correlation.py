@@ -5,20 +5,24 @@ import pytest
 
 from rectmerge._kernels.placements import invert
 from rectmerge.analysis.trinary_map import MapCells
-from rectmerge.robust.correlation import CELLS, NOISE, SCALE_STEP, correlate, scales_within
+from rectmerge.robust.correlation import correlate, scales_within
 from rectmerge.robust.features import dominant_angles, extract_features
 from rectmerge.robust.likelihood import WallNoise, face_gains
+from rectmerge.robust.params import Params
 from tests import naive
 from tests.rectmerge.robust import plans
 
+PARAMS = Params()
+CELLS, SCALE_STEP = PARAMS.correlate.cell_cells, PARAMS.correlate.scale_step
+
 
 def features_of(view):
-    return extract_features(MapCells.from_values(view.grid.occupancy))
+    return extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare)
 
 
 def faces_of(view):
     features = features_of(view)
-    return features.faces(dominant_angles(features)[0][0])
+    return features.faces(dominant_angles(features, PARAMS.prepare)[0][0], PARAMS.faces)
 
 
 def true_placement(a, b, one, two):
@@ -37,7 +41,7 @@ def test_the_best_shift_at_the_true_scale_is_the_true_one(turn, scale):
     features_a, features_b = features_of(a), features_of(b)
     truth = true_placement(a, b, features_a, features_b)
 
-    placements, gains = correlate(on_a, on_b, [math.hypot(*truth[:2])], most=5)
+    placements, gains = correlate(on_a, on_b, [math.hypot(*truth[:2])], PARAMS.correlate, PARAMS.gain, max_shifts=5)
 
     best, points = placements[np.argmax(gains)], features_b.landmarks
     assert np.abs(naive.move(best, points) - naive.move(truth, points)).max() < 2 * CELLS * max(1.0, 1 / scale)
@@ -47,11 +51,11 @@ def test_the_gain_of_a_shift_is_about_that_of_its_faces_one_by_one():
     rooms = plans.office(2)
     on_a, on_b = faces_of(plans.see(rooms, degrees=0)), faces_of(plans.see(rooms, degrees=90))
 
-    placements, gains = correlate(on_a, on_b, [1.0], most=3)
+    placements, gains = correlate(on_a, on_b, [1.0], PARAMS.correlate, PARAMS.gain, max_shifts=3)
 
     best = placements[[np.argmax(gains)]]
     quarter = round((on_b.angle + math.atan2(best[0, 1], best[0, 0]) - on_a.angle) / (math.pi / 2)) % 4
-    noise = WallNoise(tuple(CELLS * spread for spread in NOISE.spreads), NOISE.outliers)
+    noise = WallNoise((CELLS * PARAMS.correlate.spread_cells,), PARAMS.correlate.outliers)
     back = invert(best)
     slow = 0.0
     for k in range(4):
@@ -60,7 +64,7 @@ def test_the_gain_of_a_shift_is_about_that_of_its_faces_one_by_one():
             (on_b, on_a, (k - quarter) % 4, back),
         ):
             met = naive.count_codes(placement, [0], here.walls, here.faces[:, [k]], there.codes[[way]])[0]
-            slow += met @ face_gains(there, noise)[way]
+            slow += met @ face_gains(there, noise, PARAMS.gain)[way]
     assert gains.max() == pytest.approx(slow, rel=0.15)
 
 
@@ -68,19 +72,21 @@ def test_walls_back_to_back_gain_nothing():
     cells = np.full((60, 160), -1, np.int8)
     cells[10:50, 10] = 100
     cells[10:50, 11:60] = 0
-    left = extract_features(MapCells.from_values(cells)).faces(0.0)
-    right = extract_features(MapCells.from_values(np.ascontiguousarray(cells[:, ::-1]))).faces(0.0)
+    left = extract_features(MapCells.from_values(cells), PARAMS.prepare).faces(0.0, PARAMS.faces)
+    right = extract_features(MapCells.from_values(np.ascontiguousarray(cells[:, ::-1])), PARAMS.prepare).faces(
+        0.0, PARAMS.faces
+    )
 
-    placements, gains = correlate(left, right, [1.0], most=5)
+    placements, gains = correlate(left, right, [1.0], PARAMS.correlate, PARAMS.gain, max_shifts=5)
 
     unturned = placements[:, 0] > 0.5
     assert gains[unturned].max() < 0.2 * gains[~unturned].max()
 
 
 def test_scales_cover_their_bounds_evenly():
-    scales = scales_within((0.5, 2.0))
+    scales = scales_within((0.5, 2.0), SCALE_STEP)
 
     assert scales[[0, -1]] == pytest.approx([0.5, 2.0])
     assert 0 < np.diff(np.log(scales)).max() <= SCALE_STEP + 1e-9
     assert np.ptp(np.diff(np.log(scales))) < 1e-9
-    assert scales_within((1.0, 1.0)) == pytest.approx([1.0])
+    assert scales_within((1.0, 1.0), SCALE_STEP) == pytest.approx([1.0])

@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import numpy as np
@@ -12,9 +13,11 @@ from rectmerge._kernels.wall_cells import known_bounds
 from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.robust.features import dominant_angles, extract_features, rectangles_in_frame, shrink
+from rectmerge.robust.params import Params
 from tests import drawing, naive
 from tests.rectmerge.robust import plans
 
+PARAMS = Params()
 CELLS = arrays(np.int8, array_shapes(min_dims=2, max_dims=2, max_side=12), elements=st.sampled_from([-1, 0, 0, 100]))
 ROUND_SPECK = np.pad(np.full((2, 2), 100, np.int8), 2)  # each cell touches all four
 
@@ -83,7 +86,7 @@ def test_shrinking_keeps_a_wall_where_it_is_to_a_fraction_of_a_cell(column):
     cells[:, column] = OCCUPIED
     cells[[0, -1], :] = OCCUPIED
 
-    features = extract_features(MapCells.from_values(cells))
+    features = extract_features(MapCells.from_values(cells), PARAMS.prepare)
 
     assert features is not None
     assert features.factor > 2
@@ -96,7 +99,7 @@ def test_shrinking_keeps_a_wall_where_it_is_to_a_fraction_of_a_cell(column):
 def test_pixels_and_working_cells_are_related_by_factor_and_offset():
     view = large_view(20)
 
-    features = extract_features(MapCells.from_values(view.grid.occupancy))
+    features = extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare)
 
     assert features is not None
     assert features.factor > 1.8
@@ -113,8 +116,8 @@ def test_specks_are_removed_and_walls_are_not():
     cells[deep] = OCCUPIED
 
     clean, salted = (
-        extract_features(MapCells.from_values(view.grid.occupancy)),
-        extract_features(MapCells.from_values(cells)),
+        extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare),
+        extract_features(MapCells.from_values(cells), PARAMS.prepare),
     )
 
     assert clean is not None
@@ -126,7 +129,7 @@ def test_specks_are_removed_and_walls_are_not():
 
 
 def test_the_distance_counts_cells_to_the_next_wall():
-    features = extract_features(MapCells.from_values(drawing.building().occupancy))
+    features = extract_features(MapCells.from_values(drawing.building().occupancy), PARAMS.prepare)
 
     assert features is not None
     assert features.factor == 1.0
@@ -139,14 +142,14 @@ def test_the_distance_counts_cells_to_the_next_wall():
 
 @pytest.mark.parametrize("fill", [FREE, OCCUPIED, UNKNOWN])
 def test_a_map_of_one_value_has_no_features(fill):
-    assert extract_features(MapCells.from_values(np.full((30, 40), fill, np.int8))) is None
+    assert extract_features(MapCells.from_values(np.full((30, 40), fill, np.int8)), PARAMS.prepare) is None
 
 
 def test_walls_that_border_on_the_unknown_only_are_no_features():
     cells = np.full((30, 40), UNKNOWN, np.int8)
     cells[5, 5:30] = OCCUPIED
 
-    assert extract_features(MapCells.from_values(cells)) is None
+    assert extract_features(MapCells.from_values(cells), PARAMS.prepare) is None
 
 
 @given(
@@ -165,29 +168,31 @@ def test_profile_energies_agree_with_a_slow_profile(points, angle, width):
 @pytest.mark.parametrize("degrees", [0, 7.3, 31, 44.5, 60, 88])
 def test_the_dominant_angle_is_the_one_the_building_was_turned_by(degrees):
     features = extract_features(
-        MapCells.from_values(plans.see(plans.office(1), degrees=degrees, noise=1).grid.occupancy)
+        MapCells.from_values(plans.see(plans.office(1), degrees=degrees, noise=1).grid.occupancy), PARAMS.prepare
     )
 
     assert features is not None
-    angle = math.degrees(dominant_angles(features)[0][0])
+    angle = math.degrees(dominant_angles(features, PARAMS.prepare)[0][0])
     assert abs((angle + degrees + 45) % 90 - 45) < 0.3
 
 
 def test_two_wings_at_an_angle_have_two_dominant_angles():
-    features = extract_features(MapCells.from_values(plans.see(plans.two_wings(0), degrees=10).grid.occupancy))
+    features = extract_features(
+        MapCells.from_values(plans.see(plans.two_wings(0), degrees=10).grid.occupancy), PARAMS.prepare
+    )
 
     assert features is not None
-    (one, strong), (other, weaker), *rest = dominant_angles(features)
+    (one, strong), (other, weaker), *rest = dominant_angles(features, PARAMS.prepare)
     assert sorted(math.degrees(angle) % 90 for angle in (one, other)) == pytest.approx([20, 80], abs=0.5)
     assert weaker >= 0.5 * strong
     assert all(contrast < 0.5 * strong for _, contrast in rest)
 
 
 def test_there_is_always_a_dominant_angle():
-    features = extract_features(MapCells.from_values(np.array([[0, 100]], np.int8)))
+    features = extract_features(MapCells.from_values(np.array([[0, 100]], np.int8)), PARAMS.prepare)
 
     assert features is not None
-    assert len(dominant_angles(features)) == 1
+    assert len(dominant_angles(features, PARAMS.prepare)) == 1
 
 
 @given(
@@ -207,9 +212,11 @@ def test_near_doubles_are_left_out_as_a_slow_loop_does(rectangles, iou, keep, ra
 @pytest.mark.parametrize("degrees", [0.0, 23.0, 118.0])
 def test_the_rooms_of_a_building_are_among_its_rectangles(degrees):
     view = plans.see(plans.office(2), degrees=degrees)
-    features = extract_features(MapCells.from_values(view.grid.occupancy))
+    features = extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare)
     assert features is not None
-    boxes = rectangles_in_frame(features, math.radians(-degrees), most=200).boxes
+    boxes = rectangles_in_frame(
+        features, math.radians(-degrees), dataclasses.replace(PARAMS.prepare, max_rectangles=200)
+    ).boxes
     middles = view.pixels.apply((boxes[:, :2] - features.offset) * features.factor)
     sides = np.sort(boxes[:, 2:], axis=1) * features.factor
 
@@ -228,9 +235,9 @@ def test_the_sides_of_a_closed_room_have_walls_and_an_open_end_has_none():
     cells = np.full((60, 90), UNKNOWN, np.int8)
     cells[10:50, 10:70] = FREE
     cells[9, 9:70] = cells[50, 9:70] = cells[9:51, 9] = OCCUPIED  # open to the right
-    features = extract_features(MapCells.from_values(cells))
+    features = extract_features(MapCells.from_values(cells), PARAMS.prepare)
 
     assert features is not None
-    frame = rectangles_in_frame(features, 0.0, most=10)
+    frame = rectangles_in_frame(features, 0.0, dataclasses.replace(PARAMS.prepare, max_rectangles=10))
 
     assert frame.has_wall[0].tolist() == [True, False, True, True]

@@ -7,11 +7,13 @@ from hypothesis import strategies as st
 
 from rectmerge._kernels.placements import distinct, invert, pair_by_both_sides, pair_by_one_side
 from rectmerge.robust.features import Frame
-from rectmerge.robust.hypotheses import MOST, propose
+from rectmerge.robust.hypotheses import propose
+from rectmerge.robust.params import ProposeParams
 from rectmerge.similarity import Similarity
 from tests import naive
 from tests.rectmerge.robust.plans import as_placement
 
+PARAMS = ProposeParams()
 LANDMARKS = np.array([[0.0, 0.0], [100.0, 0.0], [0.0, 100.0], [100.0, 100.0]])
 PLACEMENTS = st.tuples(st.floats(0.3, 3), st.floats(-math.pi, math.pi), st.floats(-200, 200), st.floats(-200, 200))
 BOUNDS = (math.log(0.5), math.log(2.0))
@@ -105,22 +107,22 @@ def test_rooms_without_walls_at_the_ends_of_an_extent_tell_no_length(quarter):
 def test_the_truth_is_proposed(quarter, cut):
     a, b, truth = rooms_seen_by_b(quarter, cut=cut)
 
-    assert nearest(propose([a], [b], (0.5, 2.0)), truth) < 1e-6
+    assert nearest(propose([a], [b], (0.5, 2.0), PARAMS), truth) < 1e-6
 
 
 def test_a_second_frame_adds_what_the_first_does_not_see():
     a, b, truth = rooms_seen_by_b(0)
     astray = Frame(a.angle + 0.5, a.boxes, a.has_wall)
 
-    assert nearest(propose([astray], [b], (0.5, 2.0)), truth) > 5
-    assert nearest(propose([astray, a], [b], (0.5, 2.0)), truth) < 1e-6
+    assert nearest(propose([astray], [b], (0.5, 2.0), PARAMS), truth) > 5
+    assert nearest(propose([astray, a], [b], (0.5, 2.0), PARAMS), truth) < 1e-6
 
 
 @pytest.mark.parametrize("bounds", [(0.5, 0.8), (0.9, 1.0), (1.2, 1.3), (1.0, 1.0)])
 def test_proposals_stay_within_the_bounds_and_a_little(bounds):
     a, b, _ = rooms_seen_by_b(1)
 
-    found = propose([a], [b], bounds)
+    found = propose([a], [b], bounds, PARAMS)
     scales = np.hypot(found[:, 0], found[:, 1])
 
     assert len(found)
@@ -133,13 +135,13 @@ def test_more_pairs_than_there_is_room_for_are_left_out():
     boxes = np.column_stack([rng.uniform(0, 200, (500, 2)), rng.uniform(30, 40, (500, 2))])
     frame = Frame(0.0, boxes, np.ones((500, 4), np.bool_))
 
-    assert propose([frame], [frame], (0.5, 2.0)).shape == (MOST, 4)
+    assert propose([frame], [frame], (0.5, 2.0), PARAMS).shape == (PARAMS.max_hypotheses, 4)
 
 
 def test_no_rectangles_no_proposals():
     empty = Frame(0.0, np.empty((0, 4)), np.empty((0, 4), np.bool_))
 
-    assert propose([empty], [rooms_seen_by_b(0)[1]], (0.5, 2.0)).shape == (0, 4)
+    assert propose([empty], [rooms_seen_by_b(0)[1]], (0.5, 2.0), PARAMS).shape == (0, 4)
 
 
 @given(st.lists(PLACEMENTS, min_size=1, max_size=12), st.floats(1, 300), st.integers(1, 6))

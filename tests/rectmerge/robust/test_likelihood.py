@@ -9,17 +9,26 @@ from hypothesis.extra.numpy import arrays
 from rectmerge._kernels.placements import add_bent_scores, add_scores
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.robust.features import extract_features
-from rectmerge.robust.likelihood import JUDGED_NOISES, SEARCH_NOISE, STEPS_PER_NAT, WallLikelihood, likelihood_field
+from rectmerge.robust.likelihood import STEPS_PER_NAT, WallLikelihood, WallNoise, likelihood_field
+from rectmerge.robust.params import Params
 from rectmerge.robust.refinement import invert
 from tests import drawing, naive
 from tests.rectmerge.robust import plans
 
-NOISES = (SEARCH_NOISE, *JUDGED_NOISES)
+PARAMS = Params()
+SEARCH_NOISE = WallNoise(PARAMS.propose.noise_spreads_cells, PARAMS.propose.noise_outliers)
+NOISES = (
+    SEARCH_NOISE,
+    *(
+        WallNoise((spread,), share)
+        for spread, share in zip(PARAMS.rank.spreads_cells, PARAMS.rank.outliers, strict=True)
+    ),
+)
 QUARTERS = st.integers(-120, 120).map(lambda k: k / 4 + 0.125)  # never halfway between two cells
 
 
 def building_features():
-    features = extract_features(MapCells.from_values(drawing.building().occupancy))
+    features = extract_features(MapCells.from_values(drawing.building().occupancy), PARAMS.prepare)
     assert features is not None
     return features
 
@@ -61,9 +70,11 @@ def test_scores_of_blocks_that_shift_are_those_of_a_slow_loop(seed):
 
 @pytest.mark.parametrize("noise", NOISES)
 def test_the_field_is_positive_at_walls_and_nothing_in_the_unknown(noise):
-    features = extract_features(MapCells.from_values(plans.see(plans.office(0), degrees=40).grid.occupancy))
+    features = extract_features(
+        MapCells.from_values(plans.see(plans.office(0), degrees=40).grid.occupancy), PARAMS.prepare
+    )
     assert features is not None
-    field = likelihood_field(features, noise)
+    field = likelihood_field(features, noise, PARAMS.gain)
     far = ~features.known & (features.distance > 3 * min(noise.spreads))
     u, v = np.rint(features.walls).astype(int).T
 
@@ -78,7 +89,7 @@ def test_the_field_is_positive_at_walls_and_nothing_in_the_unknown(noise):
 @pytest.mark.parametrize("noise", NOISES)
 def test_walls_deep_in_free_space_speak_against_a_placement(noise):
     features = building_features()
-    field = likelihood_field(features, noise)
+    field = likelihood_field(features, noise, PARAMS.gain)
 
     assert (field[features.free & (features.distance > 4 * max(noise.spreads))] < 0).all()
     assert field.max() <= 3 * STEPS_PER_NAT
@@ -91,10 +102,10 @@ def test_a_wall_met_in_an_empty_hall_says_more_than_one_met_among_shelves():
     shelves[::4, 10:110] = 100
 
     gains = []
-    for features in (extract_features(MapCells.from_values(cells)) for cells in (hall, shelves)):
+    for features in (extract_features(MapCells.from_values(cells), PARAMS.prepare) for cells in (hall, shelves)):
         assert features is not None
         u, v = np.rint(features.walls).astype(int).T
-        gains.append(likelihood_field(features, SEARCH_NOISE)[v, u].max())
+        gains.append(likelihood_field(features, SEARCH_NOISE, PARAMS.gain)[v, u].max())
 
     assert gains[0] > 2 * gains[1]
 
@@ -102,24 +113,24 @@ def test_a_wall_met_in_an_empty_hall_says_more_than_one_met_among_shelves():
 @pytest.mark.parametrize("noise", NOISES)
 def test_the_truth_scores_best_among_its_neighbours_and_both_ways_alike(noise):
     a, b = plans.see(plans.office(0), degrees=10), plans.see(plans.office(0), degrees=75, scale=1.2)
-    one, two = (extract_features(MapCells.from_values(view.grid.occupancy)) for view in (a, b))
+    one, two = (extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b))
     assert one is not None
     assert two is not None
-    judge = WallLikelihood(one, two, one.walls, two.walls, noise)
+    judge = WallLikelihood(one, two, one.walls, two.walls, noise, PARAMS.gain)
     true = in_working_cells(plans.truth(a, b).matrix, one, two)
     spread = 3 * max(noise.spreads)
     off = np.array([[0, 0, x, y] for x in (-spread, 0, spread) for y in (-spread, 0, spread) if (x, y) != (0, 0)])
 
     assert judge.score(true[None])[0] > 1.2 * judge.score(true + off).max()
-    swapped = WallLikelihood(two, one, two.walls, one.walls, noise).score(invert(true[None]))
+    swapped = WallLikelihood(two, one, two.walls, one.walls, noise, PARAMS.gain).score(invert(true[None]))
     assert swapped == pytest.approx(judge.score(true[None]), rel=1e-6)
 
 
 def test_a_sample_of_the_points_stands_for_all():
-    a = extract_features(MapCells.from_values(plans.see(plans.office(0), degrees=10).grid.occupancy))
+    a = extract_features(MapCells.from_values(plans.see(plans.office(0), degrees=10).grid.occupancy), PARAMS.prepare)
     assert a is not None
     walls = np.random.default_rng(0).permutation(a.walls)
-    judge = WallLikelihood(a, a, walls, walls, SEARCH_NOISE)
+    judge = WallLikelihood(a, a, walls, walls, SEARCH_NOISE, PARAMS.gain)
     identity = np.array([[1.0, 0.0, 0.0, 0.0]])
 
     assert judge.score(identity, most_points=300) == pytest.approx(judge.score(identity), rel=0.05)

@@ -9,12 +9,15 @@ from rectmerge.analysis.overlap import Agreement
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
 from rectmerge.methods import align
 from rectmerge.robust import reasons
+from rectmerge.robust.params import ReasonParams
 from rectmerge.robust.reasons import MapFacts
-from rectmerge.robust.verdict import Evidence
+from rectmerge.robust.verdict import NO_AGREEMENT, Evidence
 from scenarios.corruption import corrupt
 from tests.rectmerge.robust import plans
 
-POOR = Evidence(plausibility=-5.0, likelihood=50.0, overlap=0.2, violations=0.4)
+PARAMS = ReasonParams()
+LITTLE = NO_AGREEMENT._replace(overlap=0.2, violations=0.4)
+POOR = Evidence(plausibility=-5.0, likelihood=50.0, agreement=LITTLE)
 SEEN = Agreement(overlap=0.2, iou=0.1, conflict=0.4)
 FINE = MapFacts(free_cells=20_000, roughness=0.05)
 TINY, ROUGH = dataclasses.replace(FINE, free_cells=300), dataclasses.replace(FINE, roughness=0.4)
@@ -27,13 +30,13 @@ TINY, ROUGH = dataclasses.replace(FINE, free_cells=300), dataclasses.replace(FIN
         ({"plausibility": 9.0, "slack_cells": 9.0}, FINE, FINE, "slide by 9 cells"),
         ({}, FINE, TINY, "map B shows too little free space"),
         ({}, ROUGH, FINE, "map A is too noisy (40%"),
-        ({"near": 0.8, "matched": 0.4, "support": 0.5}, FINE, FINE, "bent"),
+        ({"agreement": LITTLE._replace(near=0.8, matched=0.4), "support": 0.5}, FINE, FINE, "bent"),
         ({"likelihood": -3.0}, FINE, FINE, "different places"),
         ({}, FINE, FINE, "40% of the walls contradicted"),
     ],
 )
 def test_the_first_cause_is_named(change, a, b, word):
-    assert word in reasons.not_accepted("rejected", dataclasses.replace(POOR, **change), SEEN, {"A": a, "B": b})
+    assert word in reasons.not_accepted("rejected", dataclasses.replace(POOR, **change), SEEN, {"A": a, "B": b}, PARAMS)
 
 
 @pytest.mark.parametrize(
@@ -47,14 +50,15 @@ def test_the_first_cause_is_named(change, a, b, word):
 def test_what_keeps_the_best_placement_from_being_accepted_is_told(rest_log_odds, mirror_log_odds, words):
     doubtful = dataclasses.replace(POOR, plausibility=6.0, rest_log_odds=rest_log_odds, mirror_log_odds=mirror_log_odds)
 
-    assert words in reasons.not_accepted("ambiguous", doubtful, SEEN, {"A": FINE, "B": FINE})
+    assert words in reasons.not_accepted("ambiguous", doubtful, SEEN, {"A": FINE, "B": FINE}, PARAMS)
 
 
 def test_bent_maps_that_are_accepted_are_told_to_be():
-    fine = dataclasses.replace(POOR, plausibility=9.0, near=0.95, matched=0.9, support=1.0)
+    fine = dataclasses.replace(POOR, plausibility=9.0, agreement=LITTLE._replace(near=0.95, matched=0.9), support=1.0)
+    bent = dataclasses.replace(fine, agreement=fine.agreement._replace(matched=0.5))
 
-    assert "bent" not in reasons.accepted(fine, SEEN)
-    assert "bent" in reasons.accepted(dataclasses.replace(fine, matched=0.5), SEEN)
+    assert "bent" not in reasons.accepted(fine, SEEN, PARAMS)
+    assert "bent" in reasons.accepted(bent, SEEN, PARAMS)
 
 
 def mirrored(seed):

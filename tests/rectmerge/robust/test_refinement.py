@@ -10,13 +10,8 @@ from rectmerge._kernels.placements import invert
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.robust.features import extract_features
+from rectmerge.robust.params import Params
 from rectmerge.robust.refinement import (
-    BROAD,
-    FINE,
-    LEAST_MATCHED,
-    REACH_CELLS,
-    RIVAL_POINTS,
-    SURFACE_POINTS,
     Fit,
     Surface,
     fit_surfaces,
@@ -28,6 +23,8 @@ from tests import naive
 from tests.rectmerge.robust import plans
 from tests.rectmerge.robust.plans import as_placement, as_similarity
 
+PARAMS = Params()
+EXACT = PARAMS.exact
 NUMBERS = st.floats(-50, 50)
 TURNS = st.floats(-math.pi, math.pi)
 SCALES = st.floats(0.4, 2.5)
@@ -142,7 +139,7 @@ def test_the_nearest_facing_surface_is_that_of_a_slow_loop(x, y, facing, reach):
 @pytest.mark.parametrize("off", [(0.05, 0.04, (6, -5)), (-0.06, -0.03, (-7, 4)), (0.0, 0.06, (3, 8))])
 def test_fields_pull_a_placement_to_the_truth(noise, off):
     a, b = views(noise)
-    one, two = (extract_features(MapCells.from_values(view.grid.occupancy)) for view in (a, b))
+    one, two = (extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b))
     assert one is not None
     assert two is not None
     rng = np.random.default_rng(0)
@@ -150,7 +147,14 @@ def test_fields_pull_a_placement_to_the_truth(noise, off):
     true = to_working(plans.truth(a, b), one, two)
     start = as_placement(nudged(true, *off, about=two.walls.mean(axis=0)))
 
-    fitted = refine(start[None], one, two, walls, BROAD + FINE, (0.3, 3.0))[0]
+    fitted = refine(
+        start[None],
+        one,
+        two,
+        walls,
+        PARAMS.propose.coarse_reaches_cells + PARAMS.propose.fine_reaches_cells,
+        (0.3, 3.0),
+    )[0]
 
     assert plans.error(as_similarity(to_pixels(start, one, two)), a, b) > 5
     assert plans.error(as_similarity(to_pixels(fitted, one, two)), a, b) < (1.0 if noise else 0.7)
@@ -158,7 +162,7 @@ def test_fields_pull_a_placement_to_the_truth(noise, off):
 
 def test_pixels_and_working_grids_tell_the_same_placement():
     a, b = plans.see(plans.office(0), scale=0.4, degrees=9), plans.see(plans.office(0), scale=0.3, degrees=200)
-    one, two = (extract_features(MapCells.from_values(view.grid.occupancy)) for view in (a, b))
+    one, two = (extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b))
     assert one is not None
     assert two is not None
     true = plans.truth(a, b)
@@ -180,7 +184,7 @@ def test_surfaces_bring_a_placement_within_a_tenth_of_a_cell(walls):
         fit = fitted(as_placement(off), a, b)
         before.append(plans.error(off, a, b))
         after.append(plans.error(as_similarity(fit.placement), a, b))
-        assert fit.matched > 0.75
+        assert fit.surface_matched > 0.75
 
     assert min(before) > 1.5
     assert np.median(after) < 0.1
@@ -203,12 +207,14 @@ def test_the_scale_is_kept_within_its_bounds():
     assert math.hypot(*fit.placement[:2]) == pytest.approx(1.26)
 
 
-@pytest.mark.parametrize("points", [RIVAL_POINTS, SURFACE_POINTS])
+@pytest.mark.parametrize("points", [EXACT.rival_points, EXACT.surface_points])
 def test_points_are_spread_over_what_the_other_map_covers(points):
     a, b = views()
     true = plans.truth(a, b)
 
-    seen = Surface.from_cells(MapCells.from_values(b.grid.occupancy)).seen_by(as_placement(true), a.grid.shape, points)
+    seen = Surface.from_cells(MapCells.from_values(b.grid.occupancy)).seen_by(
+        as_placement(true), a.grid.shape, points, EXACT.looked_at
+    )
 
     at = true.apply(seen[:, :2])
     assert points / 2 < len(seen) <= points
@@ -224,7 +230,7 @@ def test_the_inverse_of_a_fit_is_the_fit_the_other_way_round_and_twice_is_itself
     np.testing.assert_allclose(back.placement, invert(fit.placement[None])[0])
     np.testing.assert_allclose(again.placement, fit.placement, rtol=1e-9)
     np.testing.assert_allclose(again.covariance, fit.covariance, rtol=1e-9, atol=1e-15)
-    assert (again.residual_cells, again.matched) == pytest.approx((fit.residual_cells, fit.matched))
+    assert (again.residual_cells, again.surface_matched) == pytest.approx((fit.residual_cells, fit.surface_matched))
 
 
 def made_fit() -> tuple[Fit, np.ndarray, np.ndarray]:
@@ -286,17 +292,17 @@ def test_a_fit_that_is_refused_tells_of_the_placement_that_stays():
         Surface.from_cells(MapCells.from_values(b.grid.occupancy)),
     )
     points = (
-        two.seen_by(start, one.index.shape, SURFACE_POINTS),
-        one.seen_by(invert(start[None])[0], two.index.shape, SURFACE_POINTS),
+        two.seen_by(start, one.index.shape, EXACT.surface_points, EXACT.looked_at),
+        one.seen_by(invert(start[None])[0], two.index.shape, EXACT.surface_points, EXACT.looked_at),
     )
 
     fit = fitted(start, a, b)
 
     squares, partners, _ = set_equations(
         np.zeros((4, 4)), np.zeros(4), tuple(start), points[0], one.index, one.cells, points[1], two.index, two.cells,
-        REACH_CELLS[-1],
+        EXACT.reaches_cells[-1],
     )  # fmt: skip
-    assert fit.matched < LEAST_MATCHED
+    assert fit.surface_matched < EXACT.min_matched_share
     np.testing.assert_array_equal(fit.placement, start)
     assert fit.residual_cells == pytest.approx(math.sqrt(squares / partners))
 
@@ -321,7 +327,7 @@ def fitted(start: np.ndarray, a: plans.PlanView, b: plans.PlanView, bounds: tupl
         Surface.from_cells(MapCells.from_values(a.grid.occupancy)),
         Surface.from_cells(MapCells.from_values(b.grid.occupancy)),
     )
-    return fit_surfaces(start, *surfaces, bounds, points=SURFACE_POINTS)
+    return fit_surfaces(start, *surfaces, bounds, EXACT, points=EXACT.surface_points)
 
 
 def to_working(pixels: Similarity, one, two) -> Similarity:

@@ -1,3 +1,4 @@
+import dataclasses
 from dataclasses import replace
 
 import numpy as np
@@ -6,35 +7,43 @@ import pytest
 from rectmerge.analysis.overlap import measure_agreement
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.robust.features import dominant_angles, extract_features, rectangles_in_frame
+from rectmerge.robust.params import Params
+from rectmerge.robust.proposal import propose_by_correlation, propose_by_rectangles, propose_rivals
+from rectmerge.robust.ranking import rank, rerank
 from rectmerge.robust.refinement import to_pixels
-from rectmerge.robust.search import KEPT, SAME_RADIUS, Search
 from rectmerge.robust.wall_agreement import AgreementScorer
+from rectmerge.robust.working_pair import WorkingPair
 from tests import naive
 from tests.rectmerge.robust import plans
 from tests.rectmerge.robust.plans import as_similarity
 
+PARAMS = Params()
+
 
 def searched(a, b, *, bounds=(0.3, 3.0), seed=0):
-    """Search with the default numbers; return the search, its ranking, and both maps' features."""
-    one, two = (extract_features(MapCells.from_values(view.grid.occupancy)) for view in (a, b))
+    """Propose by rectangles with the default numbers; return the working pair and its ranking."""
+    one, two = (extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b))
     assert one is not None
     assert two is not None
     rng = np.random.default_rng(seed)
-    angle = dominant_angles(one)[0][0]
-    search = Search(
+    angle = dominant_angles(one, PARAMS.prepare)[0][0]
+    working = WorkingPair(
         a=one,
         b=two,
         walls_a=rng.permutation(one.walls),
         walls_b=rng.permutation(two.walls),
         scale_bounds=bounds,
         angle=angle,
-        scales=AgreementScorer(one, two, angle),
+        scorer=AgreementScorer(one, two, angle, PARAMS.faces, PARAMS.rank),
         handicap=0.0,
-        screened=1000,
-        refined=120,
+        params=dataclasses.replace(PARAMS, propose=dataclasses.replace(PARAMS.propose, max_refined=120)),
     )
-    frames = [[rectangles_in_frame(each, angle, most=200) for angle, _ in dominant_angles(each)] for each in (one, two)]
-    return search, search.rank(search.by_rectangles(*frames))
+    prepare = dataclasses.replace(PARAMS.prepare, max_rectangles=200)
+    frames = [
+        [rectangles_in_frame(each, angle, prepare) for angle, _ in dominant_angles(each, prepare)]
+        for each in (one, two)
+    ]
+    return working, rank(working, propose_by_rectangles(working, *frames))
 
 
 def pair(noise=0, cut=1.0, seed=0):
@@ -47,27 +56,27 @@ def pair(noise=0, cut=1.0, seed=0):
 def test_the_truth_comes_first_and_the_rest_is_ranked_and_distinct():
     a, b = pair(noise=1, cut=0.7)
 
-    search, ranking = searched(a, b)
+    working, ranking = searched(a, b)
 
-    best = as_similarity(to_pixels(ranking.placements[0], search.a, search.b))
+    best = as_similarity(to_pixels(ranking.placements[0], working.a, working.b))
     assert plans.is_right(best, a, b)
-    assert 1 < len(ranking.placements) <= KEPT
+    assert 1 < len(ranking.placements) <= PARAMS.rank.max_ranked
     assert (np.diff(ranking.plausibility) <= 0).all()
-    places = [naive.move(placement, search.b.landmarks) for placement in ranking.placements]
+    places = [naive.move(placement, working.b.landmarks) for placement in ranking.placements]
     apart = [np.abs(p - q).max() for i, p in enumerate(places) for q in places[:i]]
-    assert min(apart) >= SAME_RADIUS * search.a.radius
+    assert min(apart) >= PARAMS.rank.same_radius_share * working.a.radius
 
 
 def test_a_likelier_placement_between_two_counts_once():
-    search, ranking = searched(*pair(noise=1))
-    apart = search.same_within
+    working, ranking = searched(*pair(noise=1))
+    apart = max(PARAMS.rank.same_fit_cells, PARAMS.rank.same_radius_share * working.a.radius)
     beside = np.array([[0, 0, side * 0.7 * apart, 0] for side in (-1, 0, 1)])
     three = ranking.take(np.zeros(3, np.intp))
     likelihood = np.array([1.0, 2.0, 1.0])
     odds = np.array([5.0, 4.9, 5.0])
     placements = three.placements + beside
 
-    kept = search.ranked(replace(three, placements=placements, likelihood=likelihood, rigid=odds, bent=odds))
+    kept = rerank(working, replace(three, placements=placements, likelihood=likelihood, rigid=odds, bent=odds))
 
     np.testing.assert_array_equal(kept.placements, placements[1:2])
 
@@ -77,39 +86,41 @@ def test_the_truth_is_the_only_plausible_placement():
 
     assert ranking.plausibility[0] > 3
     assert (ranking.plausibility[1:] < ranking.plausibility[0] - 3).all()
-    assert ranking.matched[0] > 0.9
-    assert ranking.contradicted[0] < 0.05
-    assert ranking.violations[0] < 0.05
-    assert ranking.overlap[0] > 0.95
+    assert ranking.agreement.matched[0] > 0.9
+    assert ranking.agreement.contradicted[0] < 0.05
+    assert ranking.agreement.violations[0] < 0.05
+    assert ranking.agreement.overlap[0] > 0.95
     assert ranking.support[0] > ranking.support[1]
 
 
 def test_every_shift_finds_the_truth_without_a_rectangle():
     a, b = pair(noise=1, cut=0.6)
-    search, _ = searched(a, b)
-    angles = [[angle for angle, _ in dominant_angles(features)[:1]] for features in (search.a, search.b)]
+    working, _ = searched(a, b)
+    angles = [
+        [angle for angle, _ in dominant_angles(features, PARAMS.prepare)[:1]] for features in (working.a, working.b)
+    ]
 
-    ranking = search.rank(search.by_correlation(*angles))
+    ranking = rank(working, propose_by_correlation(working, *angles))
 
-    assert plans.is_right(as_similarity(to_pixels(ranking.placements[0], search.a, search.b)), a, b)
+    assert plans.is_right(as_similarity(to_pixels(ranking.placements[0], working.a, working.b)), a, b)
 
 
 @pytest.mark.parametrize("shift", [0, 60])
 def test_rivals_of_a_placement_hold_the_truth_if_it_has_the_same_scale(shift):
     a, b = pair(noise=1)
-    search, ranking = searched(a, b)
+    working, ranking = searched(a, b)
     beside = ranking.placements[0] + np.array([0, 0, shift, 0])
 
-    rivals = search.rank(search.rivals_of(beside))
+    rivals = rank(working, propose_rivals(working, beside))
 
-    assert plans.is_right(as_similarity(to_pixels(rivals.placements[0], search.a, search.b)), a, b)
+    assert plans.is_right(as_similarity(to_pixels(rivals.placements[0], working.a, working.b)), a, b)
 
 
 def test_joined_rankings_keep_the_best_of_both():
-    search, ranking = searched(*pair(noise=1))
+    working, ranking = searched(*pair(noise=1))
     halves = [ranking.take(np.arange(start, len(ranking), 2)) for start in (0, 1)]
 
-    joined = search.ranked(halves[1].concat(halves[0]))
+    joined = rerank(working, halves[1].concat(halves[0]))
 
     np.testing.assert_array_equal(joined.placements, ranking.placements)
     np.testing.assert_array_equal(joined.plausibility, ranking.plausibility)
@@ -129,4 +140,6 @@ def test_the_overlap_of_the_working_grids_is_that_of_the_maps():
 
     wanted = measure_agreement(a.grid, b.grid, plans.truth(a, b))
 
-    assert (ranking.overlap[0], ranking.iou[0]) == pytest.approx((wanted.overlap, wanted.iou), abs=0.03)
+    assert (ranking.agreement.overlap[0], ranking.agreement.iou[0]) == pytest.approx(
+        (wanted.overlap, wanted.iou), abs=0.03
+    )

@@ -6,9 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rectmerge.robust.verdict import ACCEPT_AT, LARGEST_SLACK_CELLS, Evidence, judge, log_odds_of_rest, posterior
+from rectmerge.robust.params import VerdictParams
+from rectmerge.robust.verdict import Evidence, judge, log_odds_of_rest, posterior
 
-CONVINCING = Evidence(plausibility=8.0, rest_log_odds=0.0, likelihood=900.0, overlap=0.9, iou=0.8, violations=0.0)
+PARAMS = VerdictParams()
+CONVINCING = Evidence(plausibility=8.0, rest_log_odds=0.0, likelihood=900.0)
 ODDS = st.floats(-20, 20)
 EVIDENCE = st.builds(
     Evidence, plausibility=ODDS, rest_log_odds=ODDS, mirror_log_odds=ODDS, likelihood=st.floats(-100, 5000)
@@ -48,7 +50,7 @@ def test_more_that_speaks_for_it_never_hurts(evidence, more):
 
 @given(EVIDENCE)
 def test_accepted_means_probable(evidence):
-    assert (judge(evidence) == "accepted") == (evidence.probability >= ACCEPT_AT)
+    assert (judge(evidence) == "accepted") == (evidence.probability >= PARAMS.accept_at)
 
 
 @given(EVIDENCE)
@@ -61,7 +63,7 @@ def test_an_equal_rival_is_never_overruled(evidence):
 
 @given(EVIDENCE)
 def test_what_can_slide_or_grow_is_even_odds_at_most(evidence):
-    assert dataclasses.replace(evidence, slack_cells=LARGEST_SLACK_CELLS + 1).probability <= 0.5
+    assert dataclasses.replace(evidence, slack_cells=PARAMS.max_slack_cells + 1).probability <= 0.5
     assert dataclasses.replace(evidence, is_at_limit=True).probability <= 0.5
 
 

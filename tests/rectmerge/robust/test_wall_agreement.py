@@ -6,19 +6,21 @@ import pytest
 from rectmerge._kernels.code_counts import count_codes
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.robust.features import dominant_angles, extract_features
+from rectmerge.robust.params import Params
 from rectmerge.robust.wall_agreement import AgreementScorer
 from tests import naive
 from tests.rectmerge.robust import plans
 
+PARAMS = Params()
 IDENTITY = np.array([[1.0, 0.0, 0.0, 0.0]])
 
 
 def office(**how):
-    return extract_features(MapCells.from_values(plans.see(plans.office(3), **how).grid.occupancy))
+    return extract_features(MapCells.from_values(plans.see(plans.office(3), **how).grid.occupancy), PARAMS.prepare)
 
 
-def scales_of(one, two):
-    return AgreementScorer(one, two, dominant_angles(one)[0][0])
+def scorer_of(one, two):
+    return AgreementScorer(one, two, dominant_angles(one, PARAMS.prepare)[0][0], PARAMS.faces, PARAMS.rank)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -40,7 +42,7 @@ def test_the_fast_count_is_the_slow_one(seed):
 def test_a_map_on_itself_meets_all_its_faces():
     features = office(degrees=0)
 
-    weights = scales_of(features, features).score(IDENTITY)
+    weights = scorer_of(features, features).score(IDENTITY)
 
     assert weights.matched[0] == weights.near[0] == weights.clutter_matched[0] == 1.0
     assert weights.contradicted[0] == weights.clutter_contradicted[0] == weights.violations[0] == 0.0
@@ -52,7 +54,7 @@ def test_a_map_on_itself_meets_all_its_faces():
 def test_a_shifted_map_meets_less_and_contradicts_more():
     features = office(degrees=0)
 
-    weights = scales_of(features, features).score(IDENTITY + np.array([[0, 0, 0, 0], [0, 0, 15.0, 11.0]]))
+    weights = scorer_of(features, features).score(IDENTITY + np.array([[0, 0, 0, 0], [0, 0, 15.0, 11.0]]))
 
     assert weights.matched[1] < 0.5 < weights.matched[0]
     assert weights.contradicted[1] > 0.2 > weights.contradicted[0]
@@ -63,14 +65,14 @@ def test_a_shifted_map_meets_less_and_contradicts_more():
 def test_weights_do_not_depend_on_how_a_map_is_turned(quarter):
     features = office(degrees=0, noise=1)
     turned = extract_features(
-        MapCells.from_values(np.rot90(plans.see(plans.office(3), noise=1).grid.occupancy, quarter))
+        MapCells.from_values(np.rot90(plans.see(plans.office(3), noise=1).grid.occupancy, quarter)), PARAMS.prepare
     )
     height, width = turned.free.shape
     angle = quarter * math.pi / 2
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     shift = (np.array(features.free.shape[::-1]) - 1) / 2 - turn @ ((np.array([width, height]) - 1) / 2)
 
-    weights = scales_of(features, turned).score(np.array([[*turn[:, 0], *shift]]))
+    weights = scorer_of(features, turned).score(np.array([[*turn[:, 0], *shift]]))
 
     assert weights.matched[0] > 0.99
     assert weights.violations[0] < 0.01
@@ -79,7 +81,7 @@ def test_weights_do_not_depend_on_how_a_map_is_turned(quarter):
 def test_what_falls_outside_is_not_judged():
     features = office(degrees=0)
 
-    weights = scales_of(features, features).score(np.array([[1.0, 0.0, 5000.0, 0.0]]))
+    weights = scorer_of(features, features).score(np.array([[1.0, 0.0, 5000.0, 0.0]]))
 
     assert (
         weights.judged[0]
@@ -97,7 +99,7 @@ def test_swapped_maps_weigh_the_same():
     placement = np.array([[scale, 0.0, *(one.offset - scale * two.offset)]])
     back = np.array([[1 / scale, 0.0, *(two.offset - one.offset / scale)]])
 
-    there, here = scales_of(one, two).score(placement), scales_of(two, one).score(back)
+    there, here = scorer_of(one, two).score(placement), scorer_of(two, one).score(back)
 
     for name in ("judged", "matched", "contradicted", "violations", "overlap", "iou"):
         assert getattr(there, name)[0] == pytest.approx(getattr(here, name)[0], abs=0.02, rel=0.05)

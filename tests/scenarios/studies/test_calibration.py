@@ -3,6 +3,7 @@ import pytest
 
 from rectmerge.errors import InputError
 from rectmerge.robust.confidence_model import RIGID_TERMS, rigid_terms
+from rectmerge.robust.params import ConfidenceParams
 from rectmerge.robust.wall_agreement import WallAgreement
 from scenarios.studies.calibration import AGAINST, GradedCandidates, fit, loss, report
 
@@ -88,7 +89,7 @@ def test_the_terms_are_those_of_the_method(rows):
     graded = GradedCandidates.from_rows(rows[:1])
     columns = {name: np.array([one[name] for one in rows[0]["evidence"]]) for name in FIELDS}
 
-    np.testing.assert_array_equal(graded.terms[0], rigid_terms(WallAgreement(**columns)))
+    np.testing.assert_array_equal(graded.terms[0], rigid_terms(WallAgreement(**columns), ConfidenceParams()))
 
 
 def test_the_report_leaves_out_other_splits_and_rooms_that_are_alike(rows):
@@ -98,7 +99,7 @@ def test_the_report_leaves_out_other_splits_and_rooms_that_are_alike(rows):
     text = report([*rows, *others])
 
     assert "120 pairs, 80 of them" in text
-    assert "RIGID = np.array([" in text
+    assert "rigid = (" in text
 
 
 def test_rows_without_evidence_are_refused():

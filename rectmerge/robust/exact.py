@@ -1,0 +1,85 @@
+"""Exact answers: the best placements, refined on the cells of the given maps, with their evidence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from rectmerge.alignment import Candidate
+from rectmerge.analysis.overlap import Agreement, AgreementMeter
+from rectmerge.grid import OccupancyGrid
+from rectmerge.robust import wall_agreement
+from rectmerge.robust.params import ExactParams, Params
+from rectmerge.robust.prepared_map import PreparedMap
+from rectmerge.robust.ranking import Ranking
+from rectmerge.robust.refinement import Fit, Surface, fit_surfaces, to_pixels
+from rectmerge.robust.verdict import Evidence, log_odds_of_rest
+from rectmerge.similarity import Similarity
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answer:
+    """Exact placement of the moving map on the fixed one, with its agreement and evidence."""
+
+    fit: Fit
+    agreement: Agreement
+    evidence: Evidence
+
+    def beside_mirror(self, mirror_log_odds: float) -> Answer:
+        """Return the answer with the best placement of the mirror image as a rival."""
+        return replace(self, evidence=replace(self.evidence, mirror_log_odds=mirror_log_odds))
+
+    def candidate(self, a: OccupancyGrid, b: OccupancyGrid, *, is_swapped: bool) -> Candidate:
+        """Return the answer as a placement of B on A; A was moved onto B if swapped."""
+        fit = self.fit.inverse() if is_swapped else self.fit
+        return Candidate.from_pixels(
+            _similarity(fit),
+            a,
+            b,
+            confidence=self.evidence.probability,
+            agreement=self.agreement,
+            covariance=fit.covariance_in_map_frame(a),
+            evidence=replace(self.evidence, residual_cells=fit.residual_cells).as_dict(),
+        )
+
+
+def make_exact(
+    ranking: Ranking, fixed: PreparedMap, moving: PreparedMap, scale: tuple[float, float], params: Params
+) -> Sequence[Answer]:
+    """Refine the best placements on the maps' own cells, and gather the evidence for each."""
+    surfaces = Surface.from_cells(fixed.cells), Surface.from_cells(moving.cells)
+    meter = AgreementMeter(fixed.grid, moving.grid)
+    rest, bounds = log_odds_of_rest(ranking.plausibility), params.exact.widened(scale)
+    answers = []
+    for i in range(min(params.max_candidates, len(ranking))):
+        placement = to_pixels(ranking.placements[i], fixed.walled, moving.walled)
+        points = params.exact.rival_points if i else params.exact.surface_points
+        fit = fit_surfaces(placement, *surfaces, bounds, params.exact, points=points)
+        agreement = meter.measure(_similarity(fit))
+        evidence = Evidence(
+            plausibility=float(ranking.plausibility[i]),
+            rest_log_odds=float(rest[i]),
+            rigid=float(ranking.rigid[i]),
+            bent=float(ranking.bent[i]),
+            likelihood=float(ranking.likelihood[i]),
+            support=float(ranking.support[i]),
+            agreement=wall_agreement.at(ranking.agreement, i),
+            surface_matched=fit.surface_matched,
+            conflict=agreement.conflict,
+            slack_cells=fit.slack_cells,
+            is_at_limit=_is_at_limit(fit, bounds, params.exact),
+            params=params.verdict,
+        )
+        answers.append(Answer(fit, agreement, evidence))
+    return answers
+
+
+def _is_at_limit(fit: Fit, bounds: tuple[float, float], params: ExactParams) -> bool:
+    scale = math.hypot(fit.placement[0], fit.placement[1])
+    return not bounds[0] * (1 + params.at_limit) < scale < bounds[1] * (1 - params.at_limit)
+
+
+def _similarity(fit: Fit) -> Similarity:
+    a, b, tx, ty = fit.placement
+    return Similarity.from_matrix([[a, -b, tx], [b, a, ty]])

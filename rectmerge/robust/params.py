@@ -1,0 +1,292 @@
+"""Parameters of the method `robust`: every number that shapes an answer, by stage, with its unit and its source.
+
+`--set robust.GROUP.FIELD=VALUE` changes one. A source is a calibration command with its commit, a row of the ablation
+in results/robust/README.md, an argument, or "hand, no data". Lengths in cells are cells of the working grid unless the
+unit says otherwise.
+
+Compiled loops keep five numbers of their own, by hand and without data: `MAX_STEP` and `MIN_FACING_COS` of
+`rectmerge._kernels.fitting`, `SIDE_ERROR_CELLS` and `MIN_SIDE_VARIANCE` of `rectmerge._kernels.placements`, and
+`ROUNDING` of `rectmerge._kernels.bounding`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TypeVar
+
+from rectmerge.errors import InputError
+
+T = TypeVar("T")
+HAND = "hand, no data"
+CALIBRATED = "rectbench calibrate runs/train-trust runs/train-standard, commit 7e670d8"
+CHANGED_BY_HAND = "fitted to hand-held maps of three places, then changed by hand, commit 7e670d8"
+LAYOUT = "hand, no data; trades time for exactness"
+
+
+def param(value: T, unit: str, source: str, *, least: float | None = None) -> T:
+    """Declare a parameter; counts are at least 1 and other numbers above 0, unless `least` allows less."""
+    field: T = dataclasses.field(default=value, metadata={"unit": unit, "source": source, "least": least})
+    return field
+
+
+def ablation(row: str) -> str:
+    """Name a row of the ablation as the source of a switch."""
+    return f"results/robust/README.md, ablation row {row!r}"
+
+
+class Group:
+    """Base of the groups: a number that is not finite, or below the least allowed, is an `InputError`."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):  # type: ignore[arg-type] # the groups are dataclasses
+            value, least = getattr(self, field.name), field.metadata.get("least")
+            if isinstance(value, bool) or not isinstance(value, int | float | tuple):
+                continue
+            for number in value if isinstance(value, tuple) else (value,):
+                if least is None and isinstance(number, int) and number < 1:
+                    raise InputError(f"{field.name} must be >= 1, got {value}")
+                if not math.isfinite(number) or (number <= 0 if least is None else number < least):
+                    bound = "> 0" if least is None else f">= {least:g}"
+                    raise InputError(f"{field.name} must be finite and {bound}, got {value}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PrepareParams(Group):
+    """Working grid, directions and rectangles of one map."""
+
+    diagonal_cells: float = param(400.0, "cells", HAND)  # of the working grid
+    max_diagonal_cells: float = param(1000.0, "cells", HAND)  # of the working grid of a map with narrow passages
+    mean_clearance_cells: float = param(6.0, "cells", HAND)  # of free cells, or the grid is finer
+    margin_cells: int = param(4, "cells", HAND)  # around the working grid
+    free_share: float = param(0.3, "share of a cell's area", HAND)  # seen free that makes a working cell free
+    free_neighbours_share: float = param(0.45, "share of 3 x 3 cells", HAND)  # free that fills a hole between rays
+    max_speck_cells: int = param(4, "map cells", ablation("removal of specks"), least=0)  # of a lone obstacle
+    max_speck_weight: int = param(4, "map cells", ablation("removal of specks"), least=0)  # of a lone working cell
+    max_directions: int = param(4, "directions", HAND)  # in which walls pile up
+    min_direction_share: float = param(0.1, "share of the first contrast", HAND)  # of a further direction
+    strong_share: float = param(0.5, "share of the first contrast", HAND)  # of a second direction as good as the first
+    max_projected_points: int = param(1500, "wall points", LAYOUT)  # evenly spaced, in the first pass
+    coarse_bin_cells: float = param(1.5, "cells", HAND)  # of the projection profile, steps of 1 degree
+    fine_bin_cells: float = param(1.0, "cells", HAND)
+    fine_steps_deg: tuple[float, ...] = param((0.25, 0.06), "degrees", HAND)
+    direction_width_deg: int = param(10, "degrees", HAND)  # no second direction closer to a first
+    max_rectangles: int = param(120, "rectangles", HAND)  # kept of each map and direction
+    min_side_cells: int = param(4, "cells", HAND)  # of a rectangle
+    full_side_cells: float = param(8.0, "cells", HAND)  # narrower rectangles rank lower
+    unsupported_worth: float = param(0.2, "share", HAND)  # of a rectangle without a wall along its sides
+    max_iou: float = param(0.7, "share", HAND)  # of two kept rectangles
+    min_wall_share: float = param(0.4, "share of a side", HAND)  # along a wall, for the side to be a wall
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FaceParams(Group):
+    """Faces of walls by outward normal."""
+
+    free_at_cells: tuple[float, ...] = param((2.0, 3.0), "cells", HAND)  # in front of a face
+    min_run_cells: float = param(25.0, "cells", ablation("walls apart from things"), least=0)  # or clutter
+    run_width_cells: float = param(3.0, "cells", HAND)  # sideways spread of a run
+    run_gap_cells: float = param(4.0, "cells", HAND)  # interruption of a run
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GainParams(Group):
+    """Log-likelihood ratio of one wall point."""
+
+    max_nats: float = param(3.0, "nats", HAND)
+    near_sigmas: float = param(2.5, "standard deviations", HAND)  # unknown cells this close to a wall count as known
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProposeParams(Group):
+    """Hypotheses by pairs of rectangles, and their screening."""
+
+    use_two_sided: bool = param(True, "switch", ablation("rectangle pairs that agree in both sides"))
+    use_correlation: bool = param(True, "switch", ablation("every shift, where rectangles do not convince"))
+    use_rivals: bool = param(True, "switch", ablation("rivals at the same scale"))
+    aspect_tolerances: tuple[float, ...] = param((0.05, 0.1, 0.2, 0.4), "log aspect", HAND)  # wider where few agree
+    enough_hypotheses: int = param(3000, "hypotheses", LAYOUT)  # to stop widening the tolerance
+    plenty_hypotheses: int = param(8000, "hypotheses", LAYOUT)  # to do without pairs that agree in one extent only
+    max_hypotheses: int = param(400_000, "hypotheses", LAYOUT)
+    max_one_sided_pairs: int = param(40_000, "rectangle pairs", LAYOUT)  # compared in one extent
+    min_one_sided: int = param(10, "rectangles", HAND)  # of each frame, compared in one extent
+    scale_slack: float = param(0.03, "log scale", HAND)  # of hypotheses beyond the bounds; refinement comes back
+    noise_spreads_cells: tuple[float, ...] = param((1.5, 3.75), "cells", HAND)  # of walls about their partners
+    noise_outliers: float = param(0.25, "share", HAND)  # of walls that the other map lacks
+    screen_points: tuple[int, ...] = param((40, 200), "wall points", LAYOUT)  # of each map in the two screenings
+    max_screened: int = param(1000, "hypotheses", LAYOUT)  # kept by the first screening
+    max_refined: int = param(60, "hypotheses", LAYOUT)
+    max_fits: int = param(15, "placements", LAYOUT)  # refined ones that are ranked
+    refine_points: int = param(300, "wall points", LAYOUT)  # of each map
+    coarse_reaches_cells: tuple[float, ...] = param((16.0, 12.0, 8.0, 8.0), "cells", HAND)
+    fine_reaches_cells: tuple[float, ...] = param((6.0, 6.0, 4.0, 4.0, 3.0, 3.0), "cells", HAND)
+    same_hypothesis_cells: float = param(4.0, "cells", HAND)  # hypotheses closer than this are one
+    same_fit_cells: float = param(3.0, "cells", HAND)  # refined ones
+    weak_contrast: float = param(0.6, "contrast", HAND)  # below it, frames all round are tried
+    all_round_step_deg: int = param(5, "degrees", LAYOUT)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CorrelateParams(Group):
+    """Correlation of the faces of both maps over every shift."""
+
+    cell_cells: float = param(3.0, "cells", LAYOUT)  # working cells per correlated cell
+    max_diagonal_cells: float = param(180.0, "correlated cells", LAYOUT)  # a larger map is correlated in larger cells
+    spread_cells: float = param(1.0, "correlated cells", HAND)
+    outliers: float = param(0.03, "share", HAND)
+    scale_step: float = param(0.04, "log scale", HAND)
+    shifts_per_scale: int = param(8, "placements", LAYOUT)  # kept of each scale and quarter turn
+    max_correlation_fits: int = param(48, "placements", LAYOUT)  # refined
+    rival_shifts: int = param(5, "placements", ablation("rivals at the same scale"))  # kept of each quarter turn
+    max_rival_fits: int = param(20, "placements", LAYOUT)  # refined
+    reaches_cells: tuple[float, ...] = param((8.0, 6.0, 6.0, 4.0, 4.0, 3.0, 3.0, 2.0, 2.0), "cells", HAND)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RankParams(Group):
+    """Likelihood and agreement of placements, and which of them are the same."""
+
+    rigid_reaches_cells: tuple[float, ...] = param((2.0, 2.0, 2.0), "cells", HAND)
+    bent_reaches_cells: tuple[float, ...] = param((10.0, 10.0, 10.0), "cells", HAND)
+    refine_points: int = param(800, "wall points", LAYOUT)  # of each map
+    spreads_cells: tuple[float, ...] = param((1.0, 2.0, 4.0), "cells", HAND)  # of rigid, drifting and bent maps
+    outliers: tuple[float, ...] = param((0.05, 0.15, 0.25), "share", HAND)  # of the same
+    rigid_damping: float = param(0.25, "power of the overlap", HAND)  # of the first likelihood
+    loose_damping: float = param(0.5, "power of the overlap", HAND)  # of the others
+    max_bent_fits: int = param(8, "placements", LAYOUT)  # scored block by block
+    bending_spread_cells: float = param(1.5, "cells", HAND)
+    bending_outliers: float = param(0.2, "share", HAND)
+    block_cells: float = param(40.0, "cells", HAND)  # of the blocks that shift by themselves
+    bend_cells: int = param(8, "cells", HAND)  # how far a block may shift
+    bend_step_cells: int = param(2, "cells", LAYOUT)
+    bend_cost: float = param(0.01, "nats per wall point and squared cell", HAND)
+    block_cost: float = param(6.0, "nats", "hand: the two coordinates of a block that shifts are fitted, not known")
+    matched_cells: float = param(1.5, "cells", HAND)  # edges of bins of the distance between faces
+    near_cells: float = param(4.0, "cells", HAND)
+    contradicted_cells: float = param(8.0, "cells", HAND)
+    known_beside_cells: float = param(3.0, "cells", HAND)  # unknown cells this close to a wall count as known
+    max_free_samples: int = param(2000, "free cells", LAYOUT)  # on which overlaps are estimated
+    turn_step_deg: float = param(3.0, "degrees", LAYOUT)  # placements that turn alike share the faces of B
+    same_fit_cells: float = param(3.0, "cells", HAND)  # placements closer than this say the same
+    same_radius_share: float = param(0.2, "share of A's radius", HAND)  # or than this
+    same_log_odds: float = param(6.0, "log-odds", HAND)  # within which the likelier placement replaces its head
+    max_ranked: int = param(20, "placements", HAND)  # kept
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConfidenceParams(Group):
+    """Models of the plausibility of a placement, of rigid and of bent maps."""
+
+    use_rigid: bool = param(True, "switch", ablation("the model of rigid maps"))
+    use_bent: bool = param(True, "switch", ablation("the model of bent maps"))
+    rigid: tuple[float, ...] = param(
+        (-4.28, 1.89, 6.44, -7.97, 1.00, -39.86, 2.74), "log-odds per term", CALIBRATED, least=-math.inf
+    )
+    bent: tuple[float, ...] = param(
+        (-8.0, 11.3, 10.0, -15.0, -80.0), "log-odds per term", CHANGED_BY_HAND, least=-math.inf
+    )
+    min_overlap: float = param(0.03, "share", HAND)  # added before the logarithm
+    min_matched_faces: float = param(20.0, "faces", HAND)  # added before the logarithm
+    max_support: float = param(1.5, "nats per wall point", CHANGED_BY_HAND)
+    many_violations: float = param(0.1, "share", CHANGED_BY_HAND)  # from which they weigh more in bent maps
+    fat_wall_cells: float = param(2.8, "map cells", HAND)  # maps with thinner walls are less likely bent
+    thin_wall_cost: float = param(5.0, "log-odds per log thickness", HAND, least=0)
+    absent_log_odds: float = param(-30.0, "log-odds", "stands for none", least=-math.inf)  # of a model that is off
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExactParams(Group):
+    """Refinement on the cells of the given maps."""
+
+    use_fit: bool = param(True, "switch", ablation("fit of the surfaces"))
+    scale_slack: float = param(0.05, "share", HAND)  # by which refinement may leave the bounds of the scale
+    at_limit: float = param(1e-4, "share", HAND)  # a scale this close to a widened bound was stopped there
+    reaches_cells: tuple[float, ...] = param((6.0, 4.0, 3.0, 2.5, 2.5), "map cells", HAND)
+    strides: tuple[int, ...] = param((4, 4, 2, 1, 1), "surface points", LAYOUT)  # of those used at each reach
+    surface_points: int = param(2000, "surface points", LAYOUT)  # of each map, for the best placement
+    rival_points: int = param(300, "surface points", LAYOUT)  # for the others
+    looked_at: int = param(8, "times the surface points", LAYOUT)  # asked whether they lie inside the other map
+    min_matched_share: float = param(0.5, "share of the surface", HAND)  # with a partner, or the placement stays
+    correlated_cells: float = param(20.0, "surface cells", HAND)  # that err together and count as one
+    unsure: tuple[float, ...] = param((1.0, 1.0, 1e4, 1e4), "radians, log scale, map cells", "stands for no knowledge")
+
+    def widened(self, bounds: tuple[float, float]) -> tuple[float, float]:
+        """Return the bounds of a scale with the slack that refinement has."""
+        return bounds[0] * (1 - self.scale_slack), bounds[1] * (1 + self.scale_slack)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VerdictParams(Group):
+    """Thresholds of the verdict."""
+
+    accept_at: float = param(0.85, "probability", HAND)
+    ambiguous_at: float = param(0.9, "probability", HAND)  # without the rivals
+    sure_at: float = param(0.99, "probability", ablation("the mirror image as a rival"), least=0)  # no mirror needed
+    max_slack_cells: float = param(4.0, "map cells", HAND)  # a placement that slides further is even odds at most
+    mirrored_by: float = param(3.0, "log-odds", HAND)  # by which the mirror image fits better in mirrored maps
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReasonParams(Group):
+    """Thresholds of the reasons that go with a verdict; they change no verdict."""
+
+    min_free_cells: int = param(1500, "cells", HAND)  # less shows no room
+    max_roughness: float = param(0.25, "share of neighbours that differ", "hand: crowded maps have 0.1, noise 0.5")
+    bent_share: float = param(0.12, "share of the walls", HAND)  # near each other but not matched in bent maps
+    bent_support: float = param(0.25, "nats per wall point", HAND)  # of bent maps that fit each other
+    little_overlap: float = param(0.35, "share", HAND)  # under which walls match by chance
+    far_behind: float = param(3.0, "times the odds of the rest", HAND)  # from which only the best deserves a look
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HintParams(Group):
+    """Search around a hint."""
+
+    guess_std: float = param(0.25, "share of B's radius", HAND)
+    guess_shifts: tuple[float, ...] = param((-0.3, 0.0, 0.3), "share of B's radius", HAND, least=-math.inf)
+    guess_turns_deg: tuple[float, ...] = param((-10.0, -5.0, 0.0, 5.0, 10.0), "degrees", HAND, least=-math.inf)
+    by_hand_share: float = param(0.1, "share of B's radius", HAND)  # within which a placement is the one by hand
+    by_hand_cells: float = param(3.0, "cells", HAND)  # at least
+    better_by: float = param(1.0, "log-odds", HAND)  # by which a placement elsewhere is better
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CertificateParams(Group):
+    """Branch and bound around an accepted placement."""
+
+    margin: float = param(0.1, "share of the score", HAND)  # below it, a score comes close
+    away_share: float = param(0.05, "share of A's extent", HAND)  # beyond which a placement is another one
+    scale_slack: float = param(0.05, "share", "robust.exact.scale_slack: refinement may leave the bounds by that")
+    batch_boxes: int = param(8192, "boxes", LAYOUT)  # split at a time
+    max_open_boxes: int = param(400_000, "boxes", LAYOUT)  # before the newest go first
+    max_tried_cells: float = param(8.0, "cells", LAYOUT)  # of boxes whose middle may be a counter-example
+    faces: int = param(240, "faces", LAYOUT)  # of both maps, about
+    group_faces: int = param(32, "faces", LAYOUT)  # that share a bound, at most
+    spreads_cells: tuple[float, ...] = param((1.0, 2.0, 4.0), "cells", "robust.rank.spreads_cells")
+    outliers: float = param(0.05, "share", HAND)
+
+    def widened(self, bounds: tuple[float, float]) -> tuple[float, float]:
+        """Return the bounds of a scale with the slack that the certificate looks at."""
+        return bounds[0] * (1 - self.scale_slack), bounds[1] * (1 + self.scale_slack)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Params(Group):
+    """Parameters of the method: the stages in order, and the number of candidates reported."""
+
+    prepare: PrepareParams = dataclasses.field(default_factory=PrepareParams)
+    faces: FaceParams = dataclasses.field(default_factory=FaceParams)
+    gain: GainParams = dataclasses.field(default_factory=GainParams)
+    propose: ProposeParams = dataclasses.field(default_factory=ProposeParams)
+    correlate: CorrelateParams = dataclasses.field(default_factory=CorrelateParams)
+    rank: RankParams = dataclasses.field(default_factory=RankParams)
+    confidence: ConfidenceParams = dataclasses.field(default_factory=ConfidenceParams)
+    exact: ExactParams = dataclasses.field(default_factory=ExactParams)
+    verdict: VerdictParams = dataclasses.field(default_factory=VerdictParams)
+    reason: ReasonParams = dataclasses.field(default_factory=ReasonParams)
+    hint: HintParams = dataclasses.field(default_factory=HintParams)
+    certificate: CertificateParams = dataclasses.field(default_factory=CertificateParams)
+    max_candidates: int = param(5, "candidates", HAND)  # reported
