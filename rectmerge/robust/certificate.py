@@ -1,4 +1,4 @@
-"""A certificate: that no placement away from the accepted one scores nearly as well, shown by branch and bound.
+"""Certificate that no placement away from the accepted one scores nearly as well, shown by branch and bound.
 
 The search for a placement tries many and may miss one. Here boxes of placements (angle, scale, shift) are ruled out
 whole, by an upper bound of what anything in them scores; what cannot be ruled out is split. A. H. Land and A. G. Doig,
@@ -33,7 +33,7 @@ COMPLEX = np.array([1, 1j])
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Certificate:
-    """What branch and bound showed of an accepted placement. It is about a score, not about the truth.
+    """Certificate of an accepted placement by branch and bound. It is about a score, not about the truth.
 
     The score is the sum, over about 240 evenly spaced faces of the walls of both maps, of the log-likelihood ratio of
     the distance to the other map's next wall that faces the same way, of four. It is taken on the working grids, in
@@ -82,7 +82,7 @@ class Certificate:
         return self.certified
 
     def __str__(self) -> str:
-        """Tell it in a line."""
+        """Return a line for the terminal."""
         spent = f"{self.boxes:,} boxes in {self.seconds:.1f} s"
         if self.certified:
             return f"yes: nothing elsewhere scores {1 - self.margin:.0%} of this placement ({spent})"
@@ -171,7 +171,7 @@ class _Search:
     Parameters
     ----------
     score
-        What placements are judged by.
+        Score of placements.
     scale
         Bounds of the pixel scale.
     extent
@@ -198,7 +198,7 @@ class _Search:
 
     @property
     def highest(self) -> int:
-        """What no placement elsewhere exceeds, in steps."""
+        """Bound on the score of every placement elsewhere, in steps."""
         return max(self.threshold - 1, int(self.totals.max(initial=self.threshold - 1)))
 
     def run(self, until: float) -> None:
@@ -248,7 +248,7 @@ class _Search:
         return best
 
     def _is_beside(self, boxes: Boxes) -> NDArray[np.bool_]:
-        """Say which boxes hold nothing but placements beside the accepted one."""
+        """Mark the boxes that hold nothing but placements near the accepted one."""
         d_angle, d_log, d_shift = boxes[:, 4:].T
         grow = np.exp(d_log)
         turned = np.exp(boxes[:, 1]) * np.sqrt(grow**2 - 2 * grow * np.cos(d_angle) + 1)

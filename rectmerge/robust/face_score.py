@@ -32,7 +32,7 @@ Boxes = NDArray[np.float64]  # (N, 7): a placement in the middle; half widths of
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaceScore:
-    """The faces of two maps' walls and what they gain where, pooled over squares of many sizes.
+    """Sampled wall faces of two maps, and their gains pooled over squares of many sizes.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ class Search:
 
     @property
     def convinces(self) -> bool:
-        """Whether the best placement would be accepted."""
+        """True if the best placement would be accepted."""
         return _convinces(self.pair, self.ranking)
 
 

@@ -76,12 +76,12 @@ class Evidence:
 
     @property
     def is_sure(self) -> bool:
-        """Whether the mirror image need not be asked: as rigid maps alone this is the answer."""
+        """True if the mirror image need not be searched: as rigid maps alone this is the answer."""
         return posterior(self.rigid, self.rest_log_odds) >= self.params.sure_at
 
     @property
     def is_slack(self) -> bool:
-        """Whether the walls in common leave the placement free to slide or turn."""
+        """True if the walls in common leave the placement free to slide or turn."""
         return self.slack_cells > self.params.max_slack_cells
 
     def as_dict(self) -> dict[str, float]:

@@ -3,7 +3,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from rectmerge.errors import InputError, MethodError
-from rectmerge.method_fields import default_fields, flat_fields, to_text, with_fields
+from rectmerge.method_fields import default_fields, field_values, flat_fields, to_text, with_fields
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,3 +71,9 @@ def test_defaults_are_listed_by_their_dotted_names_as_they_are_typed():
         "is_quick": "False",
     }
     assert with_fields(Plain, "plain", {name: to_text(value) for name, value in flat.items()}) == Plain()
+
+
+def test_the_values_of_a_method_are_plain_data():
+    made = with_fields(Plain, "plain", {"walls.steps": "5,4"})
+
+    assert field_values(made) == {"walls": {"reach_cells": 2.0, "steps": (5, 4)}, "count": 5, "is_quick": False}

@@ -468,6 +468,7 @@ def test_methods_lists_what_can_be_named_and_set(capsys):
 
     assert f"{methods.DEFAULT_METHOD} (default)" in text
     assert "--set paper.delta_cells=" in text
+    assert "--set robust.rank.spreads_cells=1.0,2.0,4.0" in text
     assert set(json.loads(capsys.readouterr().out)["methods"]) == set(methods.available())
 
 

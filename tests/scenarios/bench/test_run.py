@@ -9,12 +9,13 @@ from rectmerge.errors import InputError
 from rectmerge.methods import align
 from rectmerge.similarity import Similarity
 from scenarios.bench.asking import ask
-from scenarios.bench.contenders import Contender
+from scenarios.bench.contenders import Contender, make_contenders
 from scenarios.bench.resume import open_results
 from scenarios.bench.rows import score_answer
 from scenarios.bench.run import read_rows
 from scenarios.dataset.reader import open_dataset
 from scenarios.execution.limits import Limits
+from scenarios.suites.suite import ContenderSpec
 from tests.scenarios.known_answers import Failing, Fixed, Source, pair, run_pairs
 
 CONTRACT = {
@@ -305,3 +306,15 @@ def test_results_do_not_overwrite_a_file(tmp_path):
 
     with pytest.raises(InputError, match="is a file"):
         run_pairs([Source()], [contender()], tmp_path / "file", suite="made")
+
+
+def test_run_toml_keeps_the_fields_of_groups(tmp_path):
+    contenders = make_contenders(["robust"], [], ["robust.rank.spreads_cells=1,2,5", "robust.max_candidates=20"])
+
+    run_pairs([Source()], contenders, tmp_path / "run")
+
+    (method,) = tomllib.loads((tmp_path / "run/run.toml").read_text())["methods"]
+    assert method["set"]["max_candidates"] == 20
+    assert method["set"]["rank"]["spreads_cells"] == [1.0, 2.0, 5.0]
+    again = ContenderSpec(label="again", method="robust", set=method["set"])
+    assert make_contenders(["again"], [again])[0].method == contenders[0].method

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from scenarios.bench.contenders import Contender
+from scenarios.bench.contenders import Contender, make_contenders
 from scenarios.bench.task_ids import run_id, task_ids
 from scenarios.dataset.reader import open_dataset
 from scenarios.suites.suite import load_suite
@@ -81,3 +81,12 @@ def test_a_run_is_all_of_its_tasks_in_their_order():
         run_id(sources, [], suite="s", seed=0),
     ]
     assert whole not in [other for other, _ in others]
+
+
+def test_a_field_of_a_group_changes_the_id_and_its_default_does_not():
+    def robust(*settings):
+        (contender,) = make_contenders(["robust"], [], settings)
+        return ids(contender=contender)
+
+    assert robust() == robust("robust.rank.max_bent_fits=8")
+    assert not robust() & robust("robust.rank.max_bent_fits=7")
