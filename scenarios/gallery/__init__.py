@@ -1,1 +1,1 @@
-"""The demo and the pictures under docs/."""
+"""Demo, and the pictures under docs/."""

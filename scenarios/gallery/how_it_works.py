@@ -54,7 +54,7 @@ PEAKS, RING_PX, WHITE = 5, 10, (255, 255, 255)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Explained:
-    """A pair, the method's answer, and the features of both maps."""
+    """Pair, the method's answer, and the features of both maps."""
 
     pair: MapPair
     alignment: Alignment

@@ -16,7 +16,7 @@ from scenarios.report.standings import Standing, confident, rate_of, risks
 from scenarios.scoring.row import Row
 
 INK = "#010203"  # replaced by the page's text colour
-# Okabe and Ito, "Color Universal Design", without black and yellow; a marker of its own for each line beside it
+# Okabe and Ito, "Color Universal Design", without black and yellow; each line also has its own marker
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">")
 MAX_LINES = 8

@@ -69,7 +69,7 @@ def qualities(rows: Mapping[str, Sequence[Row]], maps: Mapping[str, RowSource]) 
 
 @dataclass(frozen=True, slots=True)
 class MergeScene:
-    """A pair, its building, where map A lies in it and where B truly lies on A, between pixels."""
+    """Pair with its building, the placement of A in it, and the true placement of B on A, between pixels."""
 
     a: OccupancyGrid
     b: OccupancyGrid

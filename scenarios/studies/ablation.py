@@ -1,4 +1,4 @@
-"""The method `robust` with one of its stages off at a time: what earns its place."""
+"""Ablations of the method `robust`: one of its stages off at a time."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from scenarios.scoring.row import Row
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ablation:
-    """One change to the method, and nothing else.
+    """Ablation: one change to the method.
 
     Parameters
     ----------
     name
-        What is off or smaller.
+        The stage that is off or smaller, as in the table.
     fields
         Fields of the method, as ``--set`` names them.
     """
@@ -34,7 +34,7 @@ class Ablation:
 
 
 def ablated_rows(ablation: Ablation, pairs: Sequence[MapPair]) -> Iterator[Row]:
-    """Put the changed method to every pair."""
+    """Yield the scored rows of the changed method on every pair."""
     contender = ablation.contender()
     for pair in pairs:
         yield score_answer(pair, contender, ask(pair, contender))

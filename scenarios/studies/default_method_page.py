@@ -156,7 +156,7 @@ def reliability_table(rows: Sequence[Row]) -> str:
 
 
 def risk_table(rows: Sequence[Row]) -> str:
-    """Tell which share is wrong of the most confident answers, for shares of them that are taken."""
+    """Tabulate the share of wrong answers among the most confident, by coverage."""
     cells = []
     for coverage in COVERAGES:
         line = [f"{100 * coverage:.0f} %"]

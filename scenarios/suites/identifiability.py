@@ -90,7 +90,7 @@ def identifiable_margin(log: MissionLog, pair: MapPair) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Building:
-    """A building as cells of 0.1 m, (row, col), row 0 at the bottom.
+    """Building as cells of 0.1 m, (row, col), row 0 at the bottom.
 
     Parameters
     ----------
@@ -113,9 +113,9 @@ class _Building:
         soft = cv2.GaussianBlur(solid.astype(np.float32), (5, 5), 0)
         uphill = [np.asarray(cv2.Sobel(soft, cv2.CV_32F, *axis), np.float32) for axis in ((1, 0), (0, 1))]
         facing = -np.stack(uphill, axis=-1) / np.maximum(np.hypot(*uphill), 1e-6)[..., None]
-        beside = _dilated(solid, np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8))
+        touches_wall = _dilated(solid, np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8))
         near = _dilated(solid, np.ones((2 * OPEN_CELLS + 1, 2 * OPEN_CELLS + 1), np.uint8))
-        return cls(beside & floor, floor & ~near, facing.astype(np.float32))
+        return cls(touches_wall & floor, floor & ~near, facing.astype(np.float32))
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,7 +44,7 @@ class MissionSource:
 
     @property
     def source_id(self) -> str:
-        """The scenario and the seed."""
+        """Name of the scenario, and the seed."""
         return f"{self.scenario.name}-{self.seed:04d}"
 
     @property

@@ -21,7 +21,7 @@ OTHER_SIZE = 1.1  # an edge of one blank hall is at least this times as long as 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Seeds:
-    """The seeds first, first + 1, ...: `count` of them."""
+    """Range of `count` seeds: first, first + 1, ..."""
 
     first: int = 0
     count: int = 1
@@ -59,7 +59,7 @@ class Variant:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """A building, a mission, two maps and noise levels that make one kind of pair.
+    """Building, mission, two maps and noise levels of one kind of pair.
 
     Every seed is a building and a mission of its own, and yields one pair per variant and noise level. So splits,
     which belong to the scenario, never share a building.

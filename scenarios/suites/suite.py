@@ -23,7 +23,7 @@ LEAST_RATIO = 0.1  # cells of A per cell of B
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContenderSpec:
-    """A contender as a suite declares it: its label, the name of its method, and fields to set."""
+    """Contender as a suite declares it: its label, the name of its method, and fields to set."""
 
     label: str
     method: str
@@ -32,7 +32,7 @@ class ContenderSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScenarioTemplate:
-    """A scenario with values left open, in the forms of `scenarios.suites.random_values`.
+    """Scenario with values left open, in the forms of `scenarios.suites.random_values`.
 
     Parameters
     ----------
