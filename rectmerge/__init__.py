@@ -6,12 +6,13 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rectmerge.aligning import align, check
     from rectmerge.alignment import Alignment, Candidate
     from rectmerge.composing.compose import compose
     from rectmerge.errors import InputError, MapFileError, MethodError, RectMergeError
     from rectmerge.grid import OccupancyGrid
     from rectmerge.io.map_file import read_map, write_map
-    from rectmerge.methods import align, check, make_method
+    from rectmerge.methods import make_method
     from rectmerge.similarity import Similarity
 
 __version__ = "0.1.0"
@@ -24,8 +25,8 @@ _HOME = {
     "OccupancyGrid": "grid",
     "RectMergeError": "errors",
     "Similarity": "similarity",
-    "align": "methods",
-    "check": "methods",
+    "align": "aligning",
+    "check": "aligning",
     "compose": "composing.compose",
     "make_method": "methods",
     "read_map": "io.map_file",

@@ -1,9 +1,13 @@
-"""Hints about a placement: an approximate guess to search near, or a placement made by hand to be judged."""
+"""Hints about a placement, a guess to search near or a placement by hand to be judged, and methods that take them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
+import numpy as np
+
+from rectmerge.alignment import Alignment, Method
 from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.similarity import Similarity
 
@@ -30,7 +34,7 @@ class Guess:
 
 @dataclass(frozen=True, slots=True)
 class ByHand:
-    """Placement that somebody made, to be judged like any other.
+    """Placement by hand, to be judged like any other.
 
     Parameters
     ----------
@@ -42,3 +46,19 @@ class ByHand:
 
 
 Hint = Guess | ByHand
+
+
+@runtime_checkable
+class TakesHints(Method, Protocol):
+    """Method that can take a hint about the placement: an optional capability."""
+
+    def align_by(
+        self,
+        hint: Hint | None,
+        a: OccupancyGrid,
+        b: OccupancyGrid,
+        *,
+        scale: tuple[float, float],
+        rng: np.random.Generator,
+    ) -> Alignment:
+        """Place B on A as `align` does, with a hint."""

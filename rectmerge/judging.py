@@ -6,11 +6,12 @@ import dataclasses
 
 import numpy as np
 
+from rectmerge.aligning import Scale, check, judges_itself
 from rectmerge.alignment import Alignment, Method
 from rectmerge.analysis.displacement import displacement_cells
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.methods import DEFAULT_METHOD, Scale, check, judges_itself
+from rectmerge.methods import DEFAULT_METHOD
 
 SAME_SHARE = 0.01  # of the extent of A's known cells: a placement is right within that, as the benchmark scores it
 SAME_CELLS = 2.0  # and within that at least

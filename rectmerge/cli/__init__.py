@@ -1,1 +1,1 @@
-"""The command `rectmerge`, one module per subcommand."""
+"""Command `rectmerge`, one module per subcommand."""

@@ -1,4 +1,4 @@
-"""The command `rectmerge check`."""
+"""Command `rectmerge check`."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ def check(
     reading: PairOptions,
     json: Json = False,
 ) -> None:
-    """Judge a placement that was made by hand, with the verdict that `merge` would give it; writes nothing.
+    """Judge a placement by hand, with the verdict that `merge` would give it; writes no file.
 
-    The placement is made exact where it lies, and then weighed against every other; where nothing fits near there it
-    says so, and tells what does. The numbers are those that `rectmerge view` shows: pixel (u, v) of B lies on pixel
+    The placement is refined nearby and then compared with all others; where nothing fits nearby, the better placement
+    is printed. The numbers are those of `rectmerge view`: pixel (u, v) of B lies on pixel
     (a u - b v + tx, b u + a v + ty) of A.
     """
+    from rectmerge.aligning import check as judge
     from rectmerge.analysis.displacement import displacement_cells
     from rectmerge.cli.map_options import read_maps
     from rectmerge.cli.placement_options import parse_pixels
     from rectmerge.io.json_text import to_json
-    from rectmerge.methods import check as judge
     from rectmerge.results.alignment_json import to_json_dict
     from rectmerge.results.summary import describe, describe_check
 

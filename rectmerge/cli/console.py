@@ -148,7 +148,7 @@ def _interrupted(prog: str) -> int:
 
 
 def _raise_interrupts_again(lost: UnraisableHookArgs) -> None:
-    """Let no interrupt be lost that comes while compiled code calls Python back, where nothing can be raised."""
+    """Raise an interrupt again that Python lost in a callback of compiled code."""
     if issubclass(lost.exc_type, KeyboardInterrupt):
         main = threading.main_thread().ident or 0
         threading.Timer(AGAIN_SECONDS, signal.pthread_kill, (main, signal.SIGINT)).start()

@@ -1,4 +1,4 @@
-"""The command `rectmerge inspect`."""
+"""Command `rectmerge inspect`."""
 
 from __future__ import annotations
 

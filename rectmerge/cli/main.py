@@ -1,4 +1,4 @@
-"""The command `rectmerge`, put together from its subcommands."""
+"""Command `rectmerge`, put together from its subcommands."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ DialectName = Annotated[
     typer.Option(
         "--dialect",
         metavar=DIALECT_NAMES,
-        help="By whose rules a YAML's image is read.",
+        help="The rules by which a YAML's image is read.",
         autocompletion=DIALECT_NAMES.split("|").copy,
     ),
 ]
@@ -104,7 +104,7 @@ def input_files(inputs: Sequence[Input]) -> list[Path]:
 
 def read_maps(inputs: Sequence[Input]) -> list[OccupancyGrid]:
     """Read the maps; note on stderr what was guessed about them, once all are read: bad input gives one line."""
-    maps = [map_input.read_noted() for map_input in inputs]
+    maps = [map_input.read_with_notes() for map_input in inputs]
     for _, notes in maps:
         for note in notes:
             console.note(note)

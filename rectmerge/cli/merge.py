@@ -1,4 +1,4 @@
-"""The command `rectmerge merge`."""
+"""Command `rectmerge merge`."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from rectmerge.aligning import Scale
     from rectmerge.alignment import Alignment, Certificate, Method
     from rectmerge.composing.compose import CellsOf, Rule
     from rectmerge.grid import OccupancyGrid
-    from rectmerge.methods import Scale
 
-UsageError: Any = typer.BadParameter.__bases__[0]  # click's, which typer brings from elsewhere in every second version
+UsageError: Any = typer.BadParameter.__bases__[0]  # click's, whose module depends on the version of typer
 Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="The folder for the results.")]
 RULE_NAMES = "occupied, free, log-odds, evidence or newest"
 RuleName = Annotated[
@@ -34,20 +34,23 @@ RuleName = Annotated[
     typer.Option(
         "--rule",
         metavar="RULE",
-        help=f"What wins where maps differ: {RULE_NAMES}; log-odds and evidence keep shades, in mode raw.",
+        help=f"Rule where the maps differ: {RULE_NAMES}; log-odds and evidence keep shades, in mode raw.",
         autocompletion=RULE_NAMES.replace(" or", ",").split(", ").copy,
     ),
 ]
 Cells = Annotated[str, typer.Option(metavar="a|b|finer|METRES", help="The cells of the merged map; a keeps A's own.")]
 Certify = Annotated[
-    bool, typer.Option("--certify", metavar="", help="Of a yes, show that nothing elsewhere scores nearly as well.")
+    bool,
+    typer.Option(
+        "--certify", metavar="", help="Show that no placement elsewhere scores nearly as well as an accepted one."
+    ),
 ]
-CertifySeconds = Annotated[float, typer.Option(metavar="S", min=0.1, help="Time that --certify may take.")]
+CertifySeconds = Annotated[float, typer.Option(metavar="S", min=0.1, help="Time limit of --certify, seconds.")]
 Force = Annotated[bool, typer.Option("--force", metavar="", help="Replace the results that DIR holds.")]
 
 
 class TwoMaps(TyperCommand):
-    """A command for two maps that tells people with more how to go on."""
+    """Command for two maps, with a remedy in its message for more than two."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse a command line as every command does."""
@@ -56,8 +59,8 @@ class TwoMaps(TyperCommand):
         except UsageError as error:
             if "unexpected extra argument" not in error.message:
                 raise
-            how = "maps are merged two at a time: merge the first two, then their merged.yaml with the next"
-            raise UsageError(f"{error.message}; {how}", ctx) from None
+            remedy = "maps are merged two at a time: merge the first two, then their merged.yaml with the next"
+            raise UsageError(f"{error.message}; {remedy}", ctx) from None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +81,7 @@ class OutputOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class CertificateOptions:
-    """Options on the certificate of an accepted answer."""
+    """Options on the certificate of an accepted alignment."""
 
     certify: Certify = False
     certify_seconds: CertifySeconds = 10.0
@@ -87,8 +90,9 @@ class CertificateOptions:
         self, method: Method, alignment: Alignment, a: OccupancyGrid, b: OccupancyGrid, scale: Scale
     ) -> Certificate | None:
         """Return the certificate of an accepted alignment, by its method or else by the default one."""
+        from rectmerge.aligning import searched_scale
         from rectmerge.alignment import Certifies
-        from rectmerge.methods import DEFAULT_METHOD, make_method, searched_scale
+        from rectmerge.methods import DEFAULT_METHOD, make_method
 
         if not (alignment and self.certify):
             return None
@@ -109,11 +113,11 @@ def merge(
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Find how map B fits on map A and write the merged map, or say why not.
+    """Place map B on map A and write the merged map, or give the reason why not.
 
-    Where the answer is no, people can help: by a guess to search near, by choosing one of the candidates, or by placing
-    B by hand in the page of `rectmerge view` and pasting its numbers back. What is placed by hand or chosen is merged,
-    and the reason says what the walls make of it.
+    Where the answer is no, you can help: give a guess to search near, choose one of the candidates, or place B by hand
+    in the page of `rectmerge view` and paste its numbers. A placement by hand or a chosen candidate is always merged,
+    and the reason holds the verdict of the method on it.
 
     Whatever the method, no map is written against the verdict of `rectmerge check` on its answer, unless --unchecked.
     """
@@ -123,7 +127,7 @@ def merge(
     from rectmerge.io.map_file import has_shades
     from rectmerge.results.alignment_json import to_json_dict
     from rectmerge.results.folder import ResultFolder
-    from rectmerge.results.inputs import told_inputs
+    from rectmerge.results.inputs import inputs_json_dict
     from rectmerge.results.summary import describe
 
     scale, (rule, cells), method = solving.parse_scale(), merging.parse(), solving.make_method()
@@ -138,7 +142,8 @@ def merge(
     )
     pictures, merged = _results(alignment, grid_a, grid_b, rule, cells)
     certificate = certifying.certify_with(method, alignment, grid_a, grid_b, scale)
-    record = to_json_dict(alignment, grid_a, grid_b) | {"inputs": told_inputs(output, *inputs, grids=(grid_a, grid_b))}
+    record = to_json_dict(alignment, grid_a, grid_b)
+    record["inputs"] = inputs_json_dict(output, *inputs, grids=(grid_a, grid_b))
     if certificate is not None:
         record["certificate"] = certificate.as_dict()
     is_shaded = merged is not None and rule in SHADING and has_shades(merged)
@@ -147,25 +152,27 @@ def merge(
     raise typer.Exit(console.STATUS[alignment.verdict])
 
 
-def _with_quality(found: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> Alignment:
+def _with_quality(alignment: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> Alignment:
     """Measure the maps' own accuracy where the method did not."""
     from rectmerge.analysis.quality import measure_quality
 
     measured = {"a": measure_quality(a).as_dict(), "b": measure_quality(b).as_dict()}
-    return dataclasses.replace(found, quality=found.quality or measured)
+    return dataclasses.replace(alignment, quality=alignment.quality or measured)
 
 
 def _results(
-    found: Alignment, a: OccupancyGrid, b: OccupancyGrid, rule: Rule, cells: CellsOf | float
+    alignment: Alignment, a: OccupancyGrid, b: OccupancyGrid, rule: Rule, cells: CellsOf | float
 ) -> tuple[dict[str, NDArray[np.uint8]], OccupancyGrid | None]:
-    """Draw what is to be written, and merge the maps if the answer is yes."""
+    """Return the pictures, and the merged map if the alignment is accepted."""
     from rectmerge.composing.compose import compose
     from rectmerge.drawing.maps import draw_conflict
     from rectmerge.drawing.overlay import draw_overlay
 
-    if not found:
-        numbered = enumerate(found.candidates, start=1)
-        return {f"overlay_{i}.png": draw_overlay(a, b, c.pixels, title=found.headline(i)) for i, c in numbered}, None
-    composition = compose([a, b], [None, found.b_to_a], rule=rule, resolution=cells)
-    overlay = draw_overlay(a, b, found.candidates[0].pixels, title=found.headline())
+    if not alignment:
+        return {
+            f"overlay_{number}.png": draw_overlay(a, b, candidate.pixels, title=alignment.headline(number))
+            for number, candidate in enumerate(alignment.candidates, start=1)
+        }, None
+    composition = compose([a, b], [None, alignment.b_to_a], rule=rule, resolution=cells)
+    overlay = draw_overlay(a, b, alignment.candidates[0].pixels, title=alignment.headline())
     return {"overlay.png": overlay, "conflict.png": draw_conflict(composition)}, composition.grid

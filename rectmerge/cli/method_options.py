@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 if TYPE_CHECKING:
+    from rectmerge.aligning import Scale
     from rectmerge.alignment import Method
-    from rectmerge.methods import Scale
 
 
 def _method_names() -> list[str]:
@@ -25,7 +25,7 @@ MethodName = Annotated[
     typer.Option("--method", metavar="NAME", help="See `rectmerge methods`.", autocompletion=_method_names),
 ]
 ScaleText = Annotated[
-    str, typer.Option("--scale", metavar="auto|free|LO:HI|S", help="What is known of cells of A per cell of B.")
+    str, typer.Option("--scale", metavar="auto|free|LO:HI|S", help="Scale to search, cells of A per cell of B.")
 ]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="Same maps and seed, same answer.")]
 Fields = Annotated[list[str] | None, typer.Option("--set", metavar="METHOD.FIELD=VALUE", help="Set a method's field.")]
@@ -45,7 +45,7 @@ class MethodOptions:
         return choose_method(self.method, self.fields or [])
 
     def parse_scale(self) -> Scale:
-        """Return what is known of the scale."""
+        """Return the scale to search."""
         return parse_scale(self.scale)
 
 

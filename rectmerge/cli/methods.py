@@ -1,4 +1,4 @@
-"""The command `rectmerge methods`."""
+"""Command `rectmerge methods`."""
 
 from __future__ import annotations
 

@@ -13,9 +13,9 @@ import typer
 from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
+    from rectmerge.aligning import Scale
     from rectmerge.alignment import Alignment, Method
     from rectmerge.grid import OccupancyGrid
-    from rectmerge.methods import Scale
     from rectmerge.similarity import Similarity
 
 GuessText = Annotated[
@@ -89,8 +89,8 @@ class PlacementOptions:
         InputError
             If the earlier merge cannot be read or used, there is no such candidate, or the method takes no hint.
         """
+        from rectmerge.aligning import align, check
         from rectmerge.judging import confirm
-        from rectmerge.methods import align, check
 
         if self.pixels is None and self.earlier is None:
             guess = None if self.guess is None else parse_guess(self.guess)

@@ -1,4 +1,4 @@
-"""The command `rectmerge trace`."""
+"""Command `rectmerge trace`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command `rectmerge transform`: an alignment for TF, and points of map B on map A."""
+"""Command `rectmerge transform`: an alignment for TF, and points of map B on map A."""
 
 from __future__ import annotations
 
@@ -36,17 +36,19 @@ def transform(
         Path | None,
         typer.Option(metavar="FILE", help="Points of map B, to be carried to map A: CSV, GeoJSON or nav2's YAML."),
     ] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Where these go.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="File for the carried points.")
+    ] = None,
 ) -> None:
-    """Print where map B lies on map A as other programs take it: as a line for TF, a matrix, or a pose x y yaw.
+    """Print the transform from map B to map A as other programs take it: a line for TF, a matrix, or a pose x y yaw.
 
-    The parent is the frame of map A, the child that of map B: where bags name both, and not alike, these names stand
-    unless others are given. TF carries no scale: where map B is to be scaled, the transform is fitted anew without
-    scale, and stderr tells by how much that misses. With --points the points of a file are carried from B's map frame
-    to A's instead, scale and all: columns x and y, and headings in columns, or properties of a Point, named yaw, theta
-    or heading (radians), yaw_deg, theta_deg or heading_deg, or qz and qw. A map without resolution is in cells: stderr
-    says so, and there is no line for TF, which is in metres. Where the merge said no and no candidate is named, the
-    status is that of the merge, 1 or 3.
+    The parent is the frame of map A, the child that of map B: where bags give both different names, these are the
+    defaults. TF carries no scale: where map B has one, the transform is fitted again without scale, and its error goes
+    to stderr. With --points the points of a file are carried from B's map frame to A's instead, with the scale: columns
+    x and y, and headings in columns, or properties of a Point, named yaw, theta or heading (radians), yaw_deg,
+    theta_deg or heading_deg, or qz and qw. A map without resolution is in cells: a note on stderr names it, and there
+    is no line for TF, which is in metres. Where the merge accepted nothing and no candidate is given, the status is
+    that of the merge, 1 or 3.
     """
     from rectmerge.io.atomic_file import replace_file
     from rectmerge.results.alignment_json import AlignmentFile
@@ -58,7 +60,7 @@ def transform(
     if form not in known:
         raise typer.BadParameter(f"{form!r} is not one of {FORMS}: --as")
     if output is not None and points is None:
-        raise InputError("-o says where carried points go; name them with --points")
+        raise InputError("-o names the file for carried points; give them with --points")
     file = AlignmentFile.read(folder)
     alignment = SavedAlignment.from_file(file)
     if candidate is None and alignment.verdict != "accepted":

@@ -1,4 +1,4 @@
-"""The command `rectmerge view`: an alignment as a page, opened in a browser."""
+"""Command `rectmerge view`: an alignment as a page, opened in a browser."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ def view(
     b: Annotated[Path | None, typer.Option("--b", metavar="FILE", help="Map B, if it has moved since.")] = None,
     open_page: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in a browser.")] = True,
 ) -> None:
-    """Show an answer in a browser: both maps, the candidates, and map B to be placed by hand.
+    """Show an alignment in a browser: both maps, the candidates, and map B to be placed by hand.
 
-    The page is one file that needs no network. What is placed by hand it tells as options to paste back. stdout has
-    the path of the page. The status is 0 whatever the verdict.
+    The page is one file that needs no network. It shows a placement by hand as options to paste into a command. The
+    path of the page goes to stdout. The status is 0 whatever the verdict.
     """
     from rectmerge.io.atomic_file import replace_file
     from rectmerge.results.alignment_json import AlignmentFile
-    from rectmerge.results.inputs import inputs_of
+    from rectmerge.results.inputs import saved_inputs
     from rectmerge.view.page import html
     from rectmerge.view.shown_alignment import ShownAlignment
 
@@ -42,7 +42,7 @@ def view(
     file = AlignmentFile.read(folder)
     page = output or file.folder / PAGE
     alignment = ShownAlignment.from_file(file)
-    inputs = inputs_of(file, a=a, b=b)
+    inputs = saved_inputs(file, a=a, b=b)
     grid_a, grid_b = (map_input.read() for map_input in inputs)
     if not alignment.fits(grid_a, grid_b):
         console.note(f"rectmerge: {folder}: these are not the maps of the merge, or they have changed; merge again")

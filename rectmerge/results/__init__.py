@@ -1,1 +1,1 @@
-"""The folder and the files that a merge writes."""
+"""Results of a merge: the folder, its files, and the summary for the terminal."""

@@ -1,4 +1,4 @@
-"""The folder that a merge writes: never over other results, never over its inputs, never half."""
+"""Folder of a merge: results never overwrite other results or inputs, and are never half written."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from rectmerge.io.image_file import encode_image
 from rectmerge.io.json_text import to_json
 from rectmerge.io.map_file import MAP_SAVER_LEGEND, encode_map
 
-OWN = re.compile(r"alignment\.json|view\.html|overlay(_\d+)?\.png|conflict\.png|merged\.(yaml|pgm)")
+RESULT_NAMES = re.compile(r"alignment\.json|view\.html|overlay(_\d+)?\.png|conflict\.png|merged\.(yaml|pgm)")
 RAW = Legend(mode="raw")  # nav2 and ROS 1 read it alike and exactly; mode scale they grade differently
 
 
 @dataclass(frozen=True, slots=True)
 class ResultFolder:
-    """A folder for the results of one merge.
+    """Folder for the results of one merge.
 
     Parameters
     ----------
@@ -56,16 +56,16 @@ class ResultFolder:
                 raise InputError(
                     f"{file}: is an input, and results in {self.path} would replace it; name another folder"
                 )
-        if folders := [p for p in self._own() if _is_folder(p)]:
+        if folders := [p for p in self._entries() if _is_folder(p)]:
             raise InputError(f"{folders[0]}: is a folder where a result would go; name another folder with -o")
-        if (held := self._own_files()) and not force:
-            names = ", ".join(sorted(p.name for p in held))
+        if (results := self._files()) and not force:
+            names = ", ".join(sorted(p.name for p in results))
             raise InputError(f"{self.path}: holds results ({names}); name another folder, or --force replaces them")
 
     def owns(self, file: Path) -> bool:
-        """Whether results go by this name, or by that of what it leads to."""
-        named = {file.absolute(), resolve_links(file)}
-        return any(resolve_links(p.parent) == resolve_links(self.path) and OWN.fullmatch(p.name) for p in named)
+        """Return whether a result has the name of this file, or of the target of this link."""
+        paths, folder = (file.absolute(), resolve_links(file)), resolve_links(self.path)
+        return any(resolve_links(path.parent) == folder and RESULT_NAMES.fullmatch(path.name) for path in paths)
 
     def write(
         self,
@@ -80,7 +80,7 @@ class ResultFolder:
         Parameters
         ----------
         alignment, pictures, merged
-            What goes into ``alignment.json``, the pictures by their files' names, and the merged map, if there is one.
+            The content of ``alignment.json``, the pictures by file name, and the merged map, if there is one.
         shaded
             Whether the map's occupancies are kept as they are, in mode raw; else it is written as map_saver does.
 
@@ -96,26 +96,26 @@ class ResultFolder:
         files["alignment.json"] = (to_json(alignment) + "\n").encode()
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            earlier = self._own_files()
+            earlier = self._files()
         except OSError as error:
             raise InputError(f"{self.path}: cannot be written: {error.strerror or error}") from None
         replace_files({self.path / name: data for name, data in files.items()}, stale=earlier)
         return [self.path / name for name in files]
 
     def _is_writable(self) -> bool:
-        """Whether it is a folder that takes files, or can be made; refuses what is there and no folder."""
+        """Return whether the folder takes files or can be made; refuse a path that is not a folder."""
         if not self.path.is_dir() and os.path.lexists(self.path):
             raise InputError(f"{self.path}: is not a folder; name another with -o")
         existing = next(p for p in (self.path.absolute(), *self.path.absolute().parents) if p.exists())
         return existing.is_dir() and os.access(existing, os.R_OK | os.W_OK | os.X_OK)
 
-    def _own_files(self) -> list[Path]:
-        return [p for p in self._own() if not _is_folder(p)]
+    def _files(self) -> list[Path]:
+        return [p for p in self._entries() if not _is_folder(p)]
 
-    def _own(self) -> list[Path]:
-        """Return what bears the name of a result."""
-        return [p for p in self.path.iterdir() if OWN.fullmatch(p.name)] if self.path.is_dir() else []
+    def _entries(self) -> list[Path]:
+        """Return the files and folders with the name of a result."""
+        return [p for p in self.path.iterdir() if RESULT_NAMES.fullmatch(p.name)] if self.path.is_dir() else []
 
 
 def _is_folder(path: Path) -> bool:
-    return path.is_dir() and not path.is_symlink()  # a link to one is only a name, and is replaced
+    return path.is_dir() and not path.is_symlink()  # a link to a folder is replaced like a file

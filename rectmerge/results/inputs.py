@@ -1,4 +1,4 @@
-"""The maps that a merge was given, as its ``alignment.json`` names them, so that they are found and read again."""
+"""Input maps of a merge, as its ``alignment.json`` names them, so that later commands find and read them again."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ REMEDY = "name the maps with --a FILE and --b FILE"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Input:
-    """A map that a command was given, and how it is read.
+    """Input map of a command, with the options on how it is read.
 
     Parameters
     ----------
     given
         The name as it was given.
     path
-        Where it lies: a file, or a topic of a bag.
+        A file, or a topic of a bag.
     greys
-        The grey levels that were named for plain images, by name; None where guessed.
+        The grey levels of a plain image, by name; None where guessed.
     dialect
-        By whose rules a YAML's image is read; None where the file tells.
+        The rules by which a YAML's image is read; None for those of the file.
     strict
-        Whether a YAML is taken at its word.
+        Whether the thresholds of a YAML are obeyed to the letter.
     resolution
-        Metres per cell, instead of what the file tells; None where it stands.
+        Metres per cell, instead of those of the file; None keeps them.
     """
 
     given: str
@@ -49,7 +49,7 @@ class Input:
 
     @property
     def is_plain(self) -> bool:
-        """Whether it is a plain image."""
+        """Whether the map is a plain image."""
         return not (is_yaml(self.path) or is_bag(self.path))
 
     def read(self) -> OccupancyGrid:
@@ -60,64 +60,64 @@ class Input:
         MapFileError
             If the file is no map.
         """
-        return self.read_noted()[0]
+        return self.read_with_notes()[0]
 
-    def read_noted(self) -> tuple[OccupancyGrid, list[str]]:
-        """Read the map, and tell what was guessed about it, in lines for people."""
+    def read_with_notes(self) -> tuple[OccupancyGrid, list[str]]:
+        """Read the map, with notes for the user on everything that was guessed about it."""
         notes = []
         if self.is_plain:
             grid, guess = read_image(self.path, **self.greys)
-            told = "resolution not known" if self.resolution is None else f"resolution {self.resolution:g} m as given"
-            notes.append(f"{self.given}: read with {guess} (--free, --occupied, --unknown say otherwise); {told}")
-            if beside := [p for s in (".yaml", ".yml") if (p := self.path.with_suffix(s)).exists()]:
-                notes.append(f"{self.given}: {beside[0].name} beside it is not read; give it to use what it tells")
+            size = "resolution not known" if self.resolution is None else f"resolution {self.resolution:g} m as given"
+            notes.append(f"{self.given}: read with {guess} (--free, --occupied, --unknown say otherwise); {size}")
+            if sidecars := [p for s in (".yaml", ".yml") if (p := self.path.with_suffix(s)).exists()]:
+                notes.append(f"{self.given}: {sidecars[0].name} beside it is not read; give it to use its values")
         else:
             grid = read_map(self.path, dialect=self.dialect, strict_thresholds=self.strict)
         return (grid if self.resolution is None else replace(grid, resolution=self.resolution)), notes
 
 
-def told_inputs(
+def inputs_json_dict(
     folder: str | Path, a: Input, b: Input, *, grids: Sequence[OccupancyGrid | None] = (None, None)
 ) -> dict[str, Any]:
-    """Lay the maps of a merge out for the ``inputs`` of ``alignment.json``.
+    """Return the entry ``inputs`` of ``alignment.json`` for the maps of a merge.
 
     Parameters
     ----------
     folder
-        The merge's; the maps' paths are told from there, so that all may move together.
+        The folder of the merge; the maps' paths are relative to it, so that all may move together.
     a, b
         The maps.
     grids
-        What was read of them, where it is at hand.
+        The grids that were read from them, where known.
 
     Returns
     -------
     dict
-        By "a" and "b": ``given``, ``path`` from the folder, how it was read, and the resolution and frame that came
-        of it.
+        By "a" and "b": ``given``, ``path`` from the folder, the options on how it was read, and the resolution and
+        frame of the grid.
     """
     return {
         name: {
-            "given": one.given,
-            "path": os.path.relpath(_resolved(one.path), resolve_links(Path(folder))),
-            **{grey: one.greys.get(grey) if one.is_plain else None for grey in GREYS},
-            "dialect": one.dialect,
-            "strict_thresholds": one.strict,
-            "resolution": one.resolution,
+            "given": map_input.given,
+            "path": os.path.relpath(_resolved(map_input.path), resolve_links(Path(folder))),
+            **{grey: map_input.greys.get(grey) if map_input.is_plain else None for grey in GREYS},
+            "dialect": map_input.dialect,
+            "strict_thresholds": map_input.strict,
+            "resolution": map_input.resolution,
             "metres_per_cell": None if grid is None else grid.resolution,
             "frame": None if grid is None else grid.frame,
         }
-        for name, one, grid in zip("ab", (a, b), grids, strict=True)
+        for name, map_input, grid in zip("ab", (a, b), grids, strict=True)
     }
 
 
-def inputs_of(file: AlignmentFile, *, a: Path | None = None, b: Path | None = None) -> tuple[Input, Input]:
-    """Return the maps of an answer, or files named instead.
+def saved_inputs(file: AlignmentFile, *, a: Path | None = None, b: Path | None = None) -> tuple[Input, Input]:
+    """Return the input maps of a merge, or the files named instead.
 
     Raises
     ------
     InputError
-        If the answer does not name its maps, or one is no longer there.
+        If the record does not name its maps, or one is no longer there.
     """
     return _input(file, "a", a), _input(file, "b", b)
 
@@ -125,7 +125,7 @@ def inputs_of(file: AlignmentFile, *, a: Path | None = None, b: Path | None = No
 def _input(file: AlignmentFile, name: str, instead: Path | None) -> Input:
     try:
         entry = file.record["inputs"][name]
-        found = Input(
+        map_input = Input(
             given=str(entry["given"]),
             path=Path(os.path.normpath(resolve_links(file.path).parent / str(entry["path"]))),
             greys={grey: None if entry[grey] is None else int(entry[grey]) for grey in GREYS},
@@ -138,13 +138,13 @@ def _input(file: AlignmentFile, name: str, instead: Path | None) -> Input:
             raise InputError(f"{file.path}: does not say where map {name.upper()} lies; {REMEDY}") from None
         return Input(given=str(instead), path=instead, greys=dict.fromkeys(GREYS))
     if instead is not None:
-        return replace(found, given=str(instead), path=instead)
-    bag = split_bag(found.path)
-    if not (found.path if bag is None else bag.file).exists():
-        raise InputError(f"{found.path}: map {name.upper()} of {file.folder} is no longer there; {REMEDY}")
-    return found
+        return replace(map_input, given=str(instead), path=instead)
+    bag = split_bag(map_input.path)
+    if not (map_input.path if bag is None else bag.file).exists():
+        raise InputError(f"{map_input.path}: map {name.upper()} of {file.folder} is no longer there; {REMEDY}")
+    return map_input
 
 
 def _resolved(path: Path) -> Path:
-    """Resolve a file's folder but not its own name: a link is read by the name it was given."""
+    """Resolve a file's folder but not its own name, as a link is read by its given name."""
     return resolve_links(path.parent) / path.name

@@ -9,10 +9,10 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from rectmerge.aligning import EXPECTED_WITHIN
 from rectmerge.alignment import right_resolutions
 from rectmerge.analysis.shared_area import SharedArea
 from rectmerge.errors import InputError
-from rectmerge.methods import EXPECTED_WITHIN
 from rectmerge.similarity import Similarity
 
 Form = Literal["ros1", "ros2", "matrix", "pose"]

@@ -1,4 +1,4 @@
-"""What a page that asks the network for nothing holds within itself: its texts, and its data for its scripts."""
+"""Embedding of texts and data in a page that needs no network."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any
 from rectmerge.io.json_text import plain
 
 
-def text_of(name: str, package: str = "rectmerge.view") -> str:
-    """Return a style, script or template that lies in a package."""
+def package_text(name: str, package: str = "rectmerge.view") -> str:
+    """Return a style, script or template file of a package."""
     return (files(package) / name).read_text(encoding="utf-8")
 
 
 def as_script(content: Any) -> str:
-    """Write plain data so that a script element can hold it: no markup in it, and no number that JSON has not.
+    """Return plain data as JSON for a script element: without markup, and null for numbers that JSON does not have.
 
     Examples
     --------

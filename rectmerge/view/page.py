@@ -12,7 +12,7 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.paper.rmap import rmap
 from rectmerge.results.inputs import GREYS, Input
 from rectmerge.similarity import Similarity
-from rectmerge.view.embedding import as_script, text_of
+from rectmerge.view.embedding import as_script, package_text
 from rectmerge.view.pictures import draw_pair
 from rectmerge.view.shown_alignment import ShownAlignment
 
@@ -49,9 +49,9 @@ def html(alignment: ShownAlignment, inputs: Sequence[Input], a: OccupancyGrid, b
         "rectangles": {"a": _rectangles(a), "b": _rectangles(b)},
         "words": _command_words(inputs),
     }
-    return Template(text_of("page.html")).substitute(
+    return Template(package_text("page.html")).substitute(
         title=escape(f"{names[1]} on {names[0]}"),
-        style=text_of("page.css"),
+        style=package_text("page.css"),
         verdict=alignment.verdict,
         mark=MARKS[alignment.verdict],
         reason=escape(alignment.reason),
@@ -63,7 +63,7 @@ def html(alignment: ShownAlignment, inputs: Sequence[Input], a: OccupancyGrid, b
         b=escape(names[1]),
         unit=a.unit,
         data=as_script(data),
-        script="\n".join(map(text_of, SCRIPTS)),
+        script="\n".join(map(package_text, SCRIPTS)),
     )
 
 

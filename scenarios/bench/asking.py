@@ -12,10 +12,10 @@ from typing import cast
 import cv2
 import numpy as np
 
+from rectmerge.aligning import Scale, align
 from rectmerge.alignment import Alignment, Method, Verdict
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
 from rectmerge.judging import confirm
-from rectmerge.methods import Scale, align
 from scenarios.bench.contenders import Contender
 from scenarios.bench.external_program import PROGRAM_PEAK_MB, Program
 from scenarios.execution.attempt import Attempt, attempt, peak_memory_mb, reset_peak_memory

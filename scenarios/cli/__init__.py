@@ -1,1 +1,1 @@
-"""The command `rectbench`, one module per group of subcommands."""
+"""Command `rectbench`, one module per group of subcommands."""

@@ -1,4 +1,4 @@
-"""The command of `rectbench` that makes maps and pairs of real logs."""
+"""Command of `rectbench` that makes maps and pairs of real logs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands `rectbench suites` and `rectbench worlds`: lists of what can be simulated."""
+"""Commands `rectbench suites` and `rectbench worlds`: lists of what can be simulated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command `rectbench check-method`, which names the faults of a method for its author."""
+"""Command `rectbench check-method`, which names the faults of a method for its author."""
 
 from __future__ import annotations
 

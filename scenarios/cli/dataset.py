@@ -1,4 +1,4 @@
-"""The commands of `rectbench` that make and check data sets."""
+"""Commands of `rectbench` that make and check data sets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page docs/commands.md, made from the commands themselves by `python -m scenarios.cli.docs_page`."""
+"""Page docs/commands.md, made from the commands themselves by `python -m scenarios.cli.docs_page`."""
 
 from __future__ import annotations
 

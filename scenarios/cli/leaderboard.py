@@ -1,4 +1,4 @@
-"""The commands of `rectbench` around the leaderboard."""
+"""Commands of `rectbench` around the leaderboard."""
 
 from __future__ import annotations
 

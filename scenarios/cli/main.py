@@ -1,4 +1,4 @@
-"""The command `rectbench`, put together from its subcommands."""
+"""Command `rectbench`, put together from its subcommands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands of `rectbench` that draw: the demo, and the pictures of the pages on how the methods work."""
+"""Commands of `rectbench` that draw: the demo, and the pictures of the pages on how the methods work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands `rectbench run` and `rectbench compare`: methods on pairs, and one run against another."""
+"""Commands `rectbench run` and `rectbench compare`: methods on pairs, and one run against another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands of `rectbench` that study methods: calibration, trust, the paper's experiment, accuracy, realism."""
+"""Commands of `rectbench` that study methods: calibration, trust, the paper's experiment, accuracy, realism."""
 
 from __future__ import annotations
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from rectmerge.aligning import align, searched_scale
 from rectmerge.alignment import Certificate, Certifies
-from rectmerge.methods import DEFAULT_METHOD, align, make_method, searched_scale
+from rectmerge.methods import DEFAULT_METHOD, make_method
 from scenarios.dataset.reader import open_dataset
 from scenarios.execution.terminal import table
 from scenarios.pairs.pair import MapPair

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.aligning import align
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.analysis.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
 from rectmerge.analysis.trinary_map import MapCells, trinary
@@ -18,7 +19,6 @@ from rectmerge.analysis.wall_faces import QUARTER, WallFaces
 from rectmerge.drawing.maps import draw_map, side_by_side, with_legend
 from rectmerge.errors import SimulationError
 from rectmerge.io.atomic_file import replace_file
-from rectmerge.methods import align
 from rectmerge.robust.correlation import correlate
 from rectmerge.robust.face_score import FaceScore
 from rectmerge.robust.features import Features, dominant_angles, extract_features, rectangles_in_frame

@@ -9,7 +9,7 @@ from typing import Any
 from rectmerge.errors import InputError
 from rectmerge.extras import require_extras
 from rectmerge.io.atomic_file import replace_file
-from rectmerge.view.embedding import as_script, text_of
+from rectmerge.view.embedding import as_script, package_text
 from scenarios.report import charts, merged_quality
 from scenarios.report.gallery import gallery
 from scenarios.report.latex import latex
@@ -61,9 +61,9 @@ def html(runs: Runs) -> str:
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     pair_gallery = gallery(runs)
-    return environment.from_string(text_of(TEMPLATE, PACKAGE)).render(
-        style=text_of(STYLE, PACKAGE),
-        script=text_of("widget.js") + text_of(SCRIPT, PACKAGE),
+    return environment.from_string(package_text(TEMPLATE, PACKAGE)).render(
+        style=package_text(STYLE, PACKAGE),
+        script=package_text("widget.js") + package_text(SCRIPT, PACKAGE),
         tracks=[_section(track_results, runs) for track_results in runs.tracks],
         provenance=runs.provenance,
         answers=len(pair_gallery["answers"]),

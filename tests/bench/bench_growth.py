@@ -11,13 +11,14 @@ import cv2
 import numpy as np
 import pytest
 
+from rectmerge.aligning import align
 from rectmerge.analysis.quality import measure_quality
 from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.cli import console
 from rectmerge.cli import main as cli
 from rectmerge.grid import OccupancyGrid
 from rectmerge.io.map_file import write_map
-from rectmerge.methods import align, available, make_method
+from rectmerge.methods import available, make_method
 from rectmerge.rectangles import maximal_rectangles
 from rectmerge.robust.features import extract_features
 from rectmerge.robust.params import Params

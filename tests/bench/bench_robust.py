@@ -19,8 +19,8 @@ import cv2
 import numpy as np
 import pytest
 
+from rectmerge.aligning import align
 from rectmerge.grid import OccupancyGrid
-from rectmerge.methods import align
 from tests.rectmerge.paper import plans as paper_plans
 from tests.rectmerge.robust import plans
 
@@ -147,7 +147,7 @@ from pathlib import Path
 import cv2, numpy as np
 cv2.setNumThreads(1)
 from rectmerge.grid import OccupancyGrid
-from rectmerge.methods import align
+from rectmerge.aligning import align
 def peak_mb():  # of this process alone: ru_maxrss would keep that of the process which started it
     return int(re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text())[1]) / 1024
 small = OccupancyGrid(np.load(sys.argv[3]))

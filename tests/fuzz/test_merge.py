@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 import rectmerge as rm
+from rectmerge.aligning import align
 from rectmerge.cli import console
-from rectmerge.methods import align, available
+from rectmerge.methods import available
 from tests.fuzz import grids
 from tests.fuzz.commands import ANSWERED, merged_or_refused, run, save
 

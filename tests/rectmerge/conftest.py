@@ -7,7 +7,7 @@ import pytest
 
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.io.map_file import read_map
-from rectmerge.results.inputs import Input, told_inputs
+from rectmerge.results.inputs import Input, inputs_json_dict
 from rectmerge.similarity import Similarity
 from tests import drawing
 
@@ -37,7 +37,7 @@ def write_answer():
         folder = root / "out"
         folder.mkdir()
         told = found.as_dict() | {
-            "inputs": told_inputs(folder, *(Input(given=str(path), path=path, greys={}) for path in (a, b)))
+            "inputs": inputs_json_dict(folder, *(Input(given=str(path), path=path, greys={}) for path in (a, b)))
         }
         (folder / "alignment.json").write_text(json.dumps(told))
         return folder

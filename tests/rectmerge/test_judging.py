@@ -5,9 +5,10 @@ import pytest
 
 import rectmerge as rm
 from rectmerge import judging
+from rectmerge.aligning import align
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.errors import InputError
-from rectmerge.methods import align, make_method
+from rectmerge.methods import make_method
 from rectmerge.similarity import Similarity
 from tests import drawing
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from rectmerge.aligning import align
 from rectmerge.baselines.fourier_mellin import FourierMellin, find_shift, highest_maxima, phase_correlation
 from rectmerge.errors import InputError
-from rectmerge.methods import align
 from rectmerge.similarity import Similarity
 from tests.rectmerge.baselines import scenes
 

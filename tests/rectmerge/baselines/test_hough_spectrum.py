@@ -3,9 +3,9 @@ import math
 import numpy as np
 import pytest
 
+from rectmerge.aligning import align
 from rectmerge.baselines.hough_spectrum import HoughSpectrum, hough_spectrum, shifts_between, turns_between
 from rectmerge.errors import InputError
-from rectmerge.methods import align
 from rectmerge.similarity import Similarity
 from tests.rectmerge.baselines import scenes
 

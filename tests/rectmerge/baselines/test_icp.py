@@ -4,10 +4,10 @@ import cv2
 import numpy as np
 import pytest
 
+from rectmerge.aligning import align
 from rectmerge.baselines.icp import Icp
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.methods import align
 from tests import drawing
 from tests.rectmerge.baselines.scenes import TRUTH, corners_apart, long_halls, view
 

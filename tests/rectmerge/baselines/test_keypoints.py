@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from rectmerge.aligning import align
 from rectmerge.baselines.keypoints import Keypoints, to_image
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.methods import align
 from tests.rectmerge.baselines import scenes
 
 EVERY = [(detector, variant) for detector in ("akaze", "orb", "sift") for variant in ("stitching", "plain")]

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from rectmerge.aligning import align
 from rectmerge.baselines.regions import Regions, region_boxes
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.methods import align
 from tests import drawing
 from tests.rectmerge.baselines.scenes import TRUTH, corners_apart, long_halls, view
 

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from rectmerge._kernels.random_walk import dissimilarity
+from rectmerge.aligning import align
 from rectmerge.baselines.stochastic_search import StochasticSearch
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.methods import align
 from tests import drawing, naive
 from tests.rectmerge.baselines.scenes import TRUTH, corners_apart, long_halls, view
 

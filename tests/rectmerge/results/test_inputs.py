@@ -9,7 +9,7 @@ from PIL import Image
 from rectmerge.errors import InputError
 from rectmerge.io.map_file import read_map
 from rectmerge.results.alignment_json import AlignmentFile
-from rectmerge.results.inputs import Input, inputs_of, told_inputs
+from rectmerge.results.inputs import Input, inputs_json_dict, saved_inputs
 from tests import drawing
 
 LEVELS = {"free": 254, "occupied": 0, "unknown": 205}
@@ -27,14 +27,14 @@ def maps(tmp_path, monkeypatch):
 
 
 def inputs_in(named, **instead):
-    return inputs_of(AlignmentFile.read(named), **instead)
+    return saved_inputs(AlignmentFile.read(named), **instead)
 
 
 def write_answer(folder, levels=None, **options):
     folder.mkdir(parents=True, exist_ok=True)
     names = ("building_a.yaml", "b/building_b.pgm")
     a, b = (Input(given=name, path=Path(name), greys=levels or {}, **options) for name in names)
-    told = {"verdict": "rejected", "reason": "told so", "inputs": told_inputs(folder, a, b)}
+    told = {"verdict": "rejected", "reason": "told so", "inputs": inputs_json_dict(folder, a, b)}
     (folder / "alignment.json").write_text(json.dumps(told))
     return told["inputs"]
 

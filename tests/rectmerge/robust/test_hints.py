@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rectmerge.aligning import align, check
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
-from rectmerge.methods import align, check
 from rectmerge.robust.refinement import to_pixels, to_working
 from rectmerge.similarity import Similarity
 from tests.rectmerge.robust import plans

@@ -3,9 +3,9 @@ import math
 import numpy as np
 import pytest
 
+from rectmerge.aligning import align
 from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from rectmerge.methods import align
 from rectmerge.robust.method import Robust
 from rectmerge.similarity import Similarity
 from tests.rectmerge.robust import plans

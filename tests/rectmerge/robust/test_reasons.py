@@ -5,9 +5,9 @@ import cv2
 import numpy as np
 import pytest
 
+from rectmerge.aligning import align
 from rectmerge.analysis.overlap import Agreement
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
-from rectmerge.methods import align
 from rectmerge.robust import reasons
 from rectmerge.robust.params import ReasonParams
 from rectmerge.robust.reasons import MapFacts

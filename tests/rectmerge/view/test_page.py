@@ -6,7 +6,7 @@ import pytest
 
 from rectmerge.grid import OccupancyGrid
 from rectmerge.results.alignment_json import AlignmentFile
-from rectmerge.results.inputs import Input, inputs_of
+from rectmerge.results.inputs import Input, saved_inputs
 from rectmerge.view.page import html
 from rectmerge.view.shown_alignment import ShownAlignment
 from tests import drawing
@@ -14,7 +14,7 @@ from tests import drawing
 
 def page_of(folder, **named):
     answer = AlignmentFile.read(folder)
-    inputs = inputs_of(answer, **named)
+    inputs = saved_inputs(answer, **named)
     return html(ShownAlignment.from_file(answer), inputs, *(one.read() for one in inputs))
 
 
@@ -46,7 +46,7 @@ def test_the_frames_take_pixels_to_the_map_frame(write_answer, tmp_path):
 
     frames = held_by(page_of(folder))["frames"]
 
-    for one, frame in zip(inputs_of(AlignmentFile.read(folder)), (frames["a"], frames["b"]), strict=True):
+    for one, frame in zip(saved_inputs(AlignmentFile.read(folder)), (frames["a"], frames["b"]), strict=True):
         m = np.reshape(frame, (2, 3))
         assert m @ [7.0, 3.0, 1.0] == pytest.approx(one.read().pixel_to_map([7.0, 3.0]))
 
@@ -98,7 +98,7 @@ def test_a_map_of_nothing_known_is_shown_as_nothing(write_answer, tmp_path):
     answer = AlignmentFile.read(write_answer(tmp_path))
     empty = OccupancyGrid(np.full((5, 4), -1, np.int8))
 
-    held = held_by(html(ShownAlignment.from_file(answer), inputs_of(answer), empty, drawing.building()))
+    held = held_by(html(ShownAlignment.from_file(answer), saved_inputs(answer), empty, drawing.building()))
 
     assert held["rectangles"]["a"] == []
     assert held["maps"]["size"][:2] == [1, 1]

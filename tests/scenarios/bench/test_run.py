@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import pytest
 
+from rectmerge.aligning import align
 from rectmerge.errors import InputError
-from rectmerge.methods import align
 from rectmerge.similarity import Similarity
 from scenarios.bench.asking import ask
 from scenarios.bench.contenders import Contender, make_contenders

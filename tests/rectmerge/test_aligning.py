@@ -1,0 +1,125 @@
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from rectmerge.aligning import align
+from rectmerge.alignment import Alignment, Candidate
+from rectmerge.errors import InputError
+from rectmerge.grid import OccupancyGrid
+from rectmerge.similarity import Similarity
+from tests import drawing
+
+
+@dataclass(frozen=True)
+class Scripted:
+    """Accepts a fixed placement if its scale may be searched, and remembers what it was asked."""
+
+    name: str = "scripted"
+    pixels: Similarity = field(default_factory=Similarity)
+    asked: list[tuple[float, float]] = field(default_factory=list)
+
+    def align(
+        self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
+    ) -> Alignment:
+        self.asked.append(scale)
+        if not scale[0] <= self.pixels.scale <= scale[1]:
+            return Alignment(verdict="rejected", reason="nothing fits", method=self.name)
+        candidate = Candidate.from_pixels(self.pixels, a, b, confidence=rng.random())
+        return Alignment(verdict="accepted", reason="fits", method=self.name, candidates=(candidate,))
+
+
+def test_auto_expects_the_ratio_of_the_resolutions():
+    solver = Scripted(pixels=Similarity(2.0))
+
+    found = align(drawing.building(resolution=0.05), drawing.building(resolution=0.10), method=solver)
+
+    assert solver.asked == [pytest.approx((2 / 1.1, 2.2))]
+    assert (found.scale.expected, found.scale.found, found.scale.source) == (2.0, 2.0, "resolution")
+    assert found.unit == "m"
+
+
+def test_what_is_searched_for_swapped_maps_is_the_inverse():
+    solver, a, b = (
+        Scripted(pixels=Similarity(9.0)),
+        drawing.building(resolution=0.05),
+        drawing.building(resolution=0.08),
+    )
+
+    for maps in ((a, b), (b, a)):
+        align(*maps, method=solver)
+
+    (low, high), _, back, _ = solver.asked
+    assert back == pytest.approx((1 / high, 1 / low))
+
+
+def test_a_scale_that_leaves_out_what_the_resolutions_tell_is_named_where_nothing_is_found():
+    a, b = drawing.building(resolution=0.05), drawing.building(resolution=0.06)
+
+    found = align(a, b, method=Scripted(pixels=Similarity(1.2)), scale=1.5)
+
+    assert found.reason == "nothing fits; the resolutions give a scale of 1.2, which was not searched"
+    assert align(a, b, method=Scripted(pixels=Similarity(9.0)), scale=(1.1, 1.5)).reason == "nothing fits"
+
+
+def test_auto_searches_freely_when_the_ratio_finds_nothing_and_says_so():
+    solver = Scripted(pixels=Similarity(1.5))
+
+    found = align(drawing.building(resolution=0.05), drawing.building(resolution=0.05), method=solver)
+
+    assert found.scale.source == "search"
+    assert "1.50 times" in found.reason
+    assert "is one resolution wrong? B's would be 0.075 rather than 0.05, or A's 0.0333 rather than" in found.reason
+
+
+def test_auto_keeps_the_refusal_when_a_free_search_finds_nothing_either():
+    found = align(
+        drawing.building(resolution=0.05), drawing.building(resolution=0.05), method=Scripted(pixels=Similarity(9.0))
+    )
+
+    assert (found.verdict, found.reason, found.scale.source) == ("rejected", "nothing fits", "resolution")
+
+
+@pytest.mark.parametrize(
+    ("scale", "bounds", "source"),
+    [
+        ("auto", (0.5, 2.0), "search"),
+        ("free", (0.5, 2.0), "search"),
+        ((0.9, 1.1), (0.9, 1.1), "given"),
+        (1, (1, 1), "given"),
+    ],
+)
+def test_bounds_are_what_was_asked_for_where_a_resolution_is_missing(scale, bounds, source):
+    solver = Scripted()
+
+    found = align(drawing.building(), drawing.building(resolution=0.05), method=solver, scale=scale)
+
+    assert solver.asked == [bounds]
+    assert (found.scale.expected, found.scale.source) == (None, source)
+    assert found.unit == "cells"
+
+
+@pytest.mark.parametrize("scale", ["wide", 0, -1.0, math.nan, math.inf, (2.0, 1.0), (0.0, 1.0), (1.0, math.inf), None])
+def test_a_scale_that_cannot_be_is_refused(scale):
+    with pytest.raises(InputError, match="scale"):
+        align(drawing.building(), drawing.building(), method=Scripted(), scale=scale)
+
+
+def test_the_seed_alone_decides_what_is_random():
+    a = drawing.building()
+
+    first, same, other = (align(a, a, method=Scripted(), seed=seed).candidates[0].confidence for seed in (1, 1, 2))
+
+    assert first == same != other
+
+
+@pytest.mark.parametrize("name", ["A", "B"])
+def test_a_map_without_free_space_is_named_without_asking_the_method(name):
+    solver, empty, full = Scripted(), OccupancyGrid(np.full((9, 9), -1, np.int8)), drawing.building()
+
+    found = align(*((empty, full) if name == "A" else (full, empty)), method=solver)
+
+    assert not found
+    assert f"map {name}" in found.reason
+    assert not solver.asked
