@@ -1,7 +1,8 @@
-"""The physics: a PyBullet client with one building, robots that drive by their wheels, laser rays and a camera.
+"""Physics in PyBullet: a client with one building, robots driven by their wheels, laser rays and a camera.
 
-Who meets whom is said by collision groups: the floor, walls and furniture, glass, what each visit finds, and every
-robot are groups of their own. A robot's rays ask for walls, its own visit's things and other robots, or for glass.
+Collision groups say which bodies collide: the floor, walls and furniture, glass, the objects of each visit, and every
+robot are groups of their own. The rays of a robot ask for walls, objects of its own visit and other robots, or for
+glass.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, SimulationError
 from rectmerge.extras import missing
-from sim.meshes import cut, facets, mesh
-from sim.sensors.lidar import Reading
+from sim.meshes import build_facets, build_mesh, cut_at_height
+from sim.sensors.lidar import RayHits
 from sim.world import Prism, World
 
 WHEEL_RADIUS_M, TRACK_M = 0.05, 0.28  # as in robot.urdf
@@ -41,7 +42,7 @@ URDF = Path(__file__).parent / "robot.urdf"
 
 @contextlib.contextmanager
 def physics(world: World, *, hz: int = 60) -> Iterator[Physics]:
-    """Open a physics client with a world in it; closed on the way out, whatever happens.
+    """Open a physics client with a world in it; the client is closed at the end, also after an error.
 
     Raises
     ------
@@ -59,14 +60,14 @@ def physics(world: World, *, hz: int = 60) -> Iterator[Physics]:
 
 
 class _Robot(NamedTuple):
-    """What a robot is to the engine: its wheels' joints, and the groups that its rays ask for."""
+    """Robot of the engine: the joints of its wheels, and the collision groups that its rays ask for."""
 
     wheels: tuple[int, int]
     meets: int
 
 
 class Physics:
-    """One building with robots that touch all of it, and each other, but the other visit's things; see `physics`."""
+    """Simulation of one building: robots touch everything but the objects of the other visit; see `physics`."""
 
     def __init__(self, bullet: Any, client: int, world: World, hz: int) -> None:
         self._bullet, self._client, self._world = bullet, client, world
@@ -87,7 +88,7 @@ class Physics:
                 self._stand(self._trimesh(prisms), group)
 
     def _trimesh(self, prisms: Iterable[Prism]) -> int:
-        vertices, triangles = mesh(prisms)
+        vertices, triangles = build_mesh(prisms)
         shape: int = self._bullet.createCollisionShape(
             self._bullet.GEOM_MESH,
             vertices=vertices.tolist(),
@@ -98,20 +99,20 @@ class Physics:
         return shape
 
     def _stand(self, shape: int, group: int) -> None:
-        """Add what never moves, without looks: those come when a picture is wanted."""
+        """Add a body that never moves, without a visual shape: `camera` adds those."""
         body, client = self._static(collision=shape), self._client
         self._bullet.setCollisionFilterGroupMask(body, -1, group, ROBOT_BITS | RAY_BIT, physicsClientId=client)
         self._bullet.changeVisualShape(body, -1, rgbaColor=[1, 1, 1, 0], physicsClientId=client)
 
     def add_robot(self, pose: NDArray[np.float64], *, visit: int = 0) -> int:
-        """Put a robot at a pose; returns its number.
+        """Put a robot at a pose and return its number.
 
         Parameters
         ----------
         pose
             (x, y, yaw).
         visit
-            Whose things it finds: 0 for what stands while A maps, 1 for B.
+            Objects that it meets: 0 for those of the visit of A, 1 for B.
 
         Raises
         ------
@@ -138,7 +139,7 @@ class Physics:
         return robot
 
     def drive(self, robot: int, speed_m_s: float, turn_rad_s: float) -> None:
-        """Set the wheels' speeds for a forward speed and a rate of turn."""
+        """Set the speeds of the wheels for a forward speed and a rate of turn."""
         aside = turn_rad_s * TRACK_M / 2
         self._bullet.setJointMotorControlArray(
             robot,
@@ -154,17 +155,17 @@ class Physics:
         self._bullet.stepSimulation(physicsClientId=self._client)
 
     def pose(self, robot: int) -> NDArray[np.float64]:
-        """Return where a robot is, (x, y, yaw)."""
+        """Return the pose of a robot, (x, y, yaw)."""
         at, turn = self._bullet.getBasePositionAndOrientation(robot, physicsClientId=self._client)
         x, y, z, w = turn
         return np.array([at[0], at[1], math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))])
 
     def wheel_angles(self, robot: int) -> tuple[float, float]:
-        """Return how far the left and the right wheel have turned, radians."""
+        """Return the angles by which the left and the right wheel have turned, radians."""
         left, right = self._bullet.getJointStates(robot, self._robots[robot].wheels, physicsClientId=self._client)
         return float(left[0]), float(right[0])
 
-    def cast(self, robot: int, angles: NDArray[np.float64], max_range_m: float, height_m: float) -> Reading:
+    def cast(self, robot: int, angles: NDArray[np.float64], max_range_m: float, height_m: float) -> RayHits:
         """Cast rays from a robot, level, in the plane of its scanner.
 
         Parameters
@@ -181,7 +182,7 @@ class Physics:
         Returns
         -------
         Reading
-            Distances to what robots touch: glass apart, the other visit's things not at all.
+            Distances to the bodies that robots touch, glass apart, without the objects of the other visit.
 
         Notes
         -----
@@ -195,7 +196,7 @@ class Physics:
         glass = np.full(len(angles), np.inf)
         if self._world.glass:
             glass = self._cast(start, reach, GLASS_BIT) * max_range_m
-        return Reading(ranges, np.where(glass < ranges, glass, np.inf))
+        return RayHits(ranges, np.where(glass < ranges, glass, np.inf))
 
     def _cast(self, start: NDArray[np.float64], reach: NDArray[np.float64], mask: int) -> NDArray[np.float64]:
         """Return the share of each ray's reach at which it meets one of the groups; inf where it meets none."""
@@ -210,7 +211,7 @@ class Physics:
         return np.array([hit[2] if hit[0] >= 0 else np.inf for hit in hits])
 
     def camera(self, width: int = 800, height: int = 600) -> NDArray[np.uint8]:
-        """Take a picture from above and a little aside, walls cut low; returns shape (height, width, 3), RGB.
+        """Take a picture from above at a slant, with walls cut low; return shape (height, width, 3), RGB.
 
         Raises
         ------
@@ -239,7 +240,7 @@ class Physics:
         return np.asarray(picture, dtype=np.uint8).reshape(height, width, 4)[..., :3].copy()
 
     def _colour(self) -> None:
-        """Give everything that stands its looks, once, when a picture is wanted."""
+        """Add the visual shapes of all bodies, once, before the first picture."""
         if self._has_colours:
             return
         self._has_colours = True
@@ -247,13 +248,13 @@ class Physics:
         earth = Prism(np.array([[-far, -far], [sx + far, -far], [sx + far, sy + far], [-far, sy + far]]), 1.0)
         self._show([earth], [0.46, 0.52, 0.44, 1.0], drop=1.02)
         self._show([Prism(outline, 1.0) for outline in self._world.ground], [0.80, 0.74, 0.66, 1.0], drop=1.0)
-        self._show(cut(self._world.walls, CUT_M), [0.93, 0.93, 0.91, 1.0])
-        self._show(cut(self._world.glass, CUT_M), [0.62, 0.84, 0.95, 1.0])
+        self._show(cut_at_height(self._world.walls, CUT_M), [0.93, 0.93, 0.91, 1.0])
+        self._show(cut_at_height(self._world.glass, CUT_M), [0.62, 0.84, 0.95, 1.0])
         for prisms, colour in zip((self._world.furniture, *self._world.visits), FURNITURE_RGBA, strict=True):
-            self._show(cut(prisms, CUT_M - 0.05), colour)
+            self._show(cut_at_height(prisms, CUT_M - 0.05), colour)
 
     def _show(self, prisms: Iterable[Prism], colour: list[float], drop: float = 0.0) -> None:
-        corners, normals = facets(prisms)
+        corners, normals = build_facets(prisms)
         for first in range(0, len(corners), MOST_SHOWN_VERTICES):
             part = slice(first, first + MOST_SHOWN_VERTICES)
             shape = self._bullet.createVisualShape(

@@ -1,4 +1,4 @@
-"""A world as pure data: walls, furniture, rooms and doors of one building, and its exact raster."""
+"""World as pure data: walls, furniture, rooms and doors of one building, and its exact raster."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
-SCAN_HEIGHT_M = 0.25  # where the lasers look: what reaches neither above nor below this is not in the raster
+SCAN_HEIGHT_M = 0.25  # height of the laser plane: the raster shows what this plane cuts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prism:
-    """A convex outline pulled up from `bottom` to `top`.
+    """Prism: a convex outline extruded from `bottom` to `top`.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Prism:
     bottom: float = 0.0
 
     def __post_init__(self) -> None:
-        corners = _frozen(self.outline)
+        corners = _read_only(self.outline)
         if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
             raise InputError(f"an outline has shape (N, 2) with N >= 3, got {corners.shape}")
         edges = np.roll(corners, -1, axis=0) - corners
@@ -50,13 +50,13 @@ class Prism:
         object.__setattr__(self, "outline", corners)
 
     def covers(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell which points, shape (..., 2), lie inside the outline or on its rim."""
+        """Return the mask of the points, shape (..., 2), that lie inside the outline or on its rim."""
         return covers(self.outline, points)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Room:
-    """A room: its name, its outline (N, 2) convex and counter-clockwise, and a spot (2,) where a robot can stand."""
+    """Room: its name, its outline (N, 2) convex and counter-clockwise, and a spot (2,) where a robot can stand."""
 
     name: str
     outline: NDArray[np.float64]
@@ -64,16 +64,16 @@ class Room:
 
     @property
     def area_m2(self) -> float:
-        """Area of the outline."""
+        """Area of the outline, square metres."""
         x, y = self.outline.T
         return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Door:
-    """An opening in a wall: the two ends of its gap, shape (2, 2), and the names of what it joins.
+    """Opening in a wall: the two ends of its gap, shape (2, 2), and the names of the two rooms that it joins.
 
-    A door that is not open has its leaf among the walls, or among what only one visit finds.
+    The leaf of a shut door is among the walls, or among the objects of a single visit.
     """
 
     ends: NDArray[np.float64]
@@ -82,36 +82,36 @@ class Door:
 
     @property
     def centre(self) -> NDArray[np.float64]:
-        """The middle of the gap, shape (2,)."""
+        """Centre of the gap, shape (2,)."""
         middle: NDArray[np.float64] = self.ends.mean(axis=0)
         return middle
 
     @property
     def width_m(self) -> float:
-        """Length of the gap."""
+        """Length of the gap, metres."""
         return float(np.hypot(*(self.ends[1] - self.ends[0])))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class World:
-    """One building.
+    """Building: its obstacles, rooms, doors and floor.
 
     Parameters
     ----------
     size
         (x, y) in metres; everything lies in 0..x, 0..y.
     walls, furniture
-        What stops a robot and a ray.
+        Obstacles for robots and rays.
     glass
-        What stops a robot, but most rays pass.
+        Obstacles for robots that let most rays pass.
     visits
-        What stands only while robot A maps, and only while B does: moved furniture, doors that were shut.
+        Obstacles present only while robot A maps, and only while B does: moved furniture, shut doors.
     rooms, doors
         The corridor is a room like the others.
     floor
         Outlines (N, 2), convex and counter-clockwise, of floor that belongs to no room.
     family, seed
-        Where it comes from.
+        Origin of the building.
     """
 
     size: tuple[float, float]
@@ -127,16 +127,16 @@ class World:
 
     @property
     def obstacles(self) -> tuple[Prism, ...]:
-        """Walls, furniture and glass: what both visits find."""
+        """Walls, furniture and glass: the obstacles of both visits."""
         return self.walls + self.furniture + self.glass
 
     @property
     def ground(self) -> tuple[NDArray[np.float64], ...]:
-        """Outlines of all floor: of no room, of the rooms, and in the doors' gaps; walls may stand on it."""
+        """Outlines of all floor: outside rooms, in rooms, and in the gaps of doors; walls may stand on it."""
         return (*self.floor, *(room.outline for room in self.rooms), *(_gap(door) for door in self.doors))
 
     def at_visit(self, visit: int) -> World:
-        """Return the world as robot A (0) or robot B (1) finds it, with nothing that only one visit finds."""
+        """Return the world during the visit of robot A (0) or robot B (1), without objects of single visits."""
         return replace(self, furniture=self.furniture + self.visits[visit], visits=((), ()))
 
     def turned(self, yaw: float) -> World:
@@ -149,7 +149,7 @@ class World:
         low, high = corners.min(axis=0), corners.max(axis=0)
 
         def moved(points: NDArray[np.float64]) -> NDArray[np.float64]:
-            return _frozen(points @ turn - low)
+            return _read_only(points @ turn - low)
 
         def prisms(group: tuple[Prism, ...]) -> tuple[Prism, ...]:
             return tuple(replace(p, outline=moved(p.outline)) for p in group)
@@ -167,14 +167,14 @@ class World:
         )
 
     def raster(self, resolution: float, *, height_m: float = SCAN_HEIGHT_M) -> OccupancyGrid:
-        """Draw the plan at a laser's height, exactly; what only one visit finds is left out.
+        """Draw the exact plan at the height of a laser, without the objects of single visits.
 
         Parameters
         ----------
         resolution
             Metres per cell.
         height_m
-            Of the laser's plane above the floor.
+            Height of the laser plane above the floor.
 
         Returns
         -------
@@ -196,8 +196,8 @@ class World:
         _fill(cells, seen, OCCUPIED, resolution)
         return OccupancyGrid(cells[::-1], resolution)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON; `from_dict` reads it back exactly."""
+    def to_json_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON; `from_json_dict` reads it back exactly."""
         return {
             "size": list(self.size),
             "walls": [_prism_dict(p) for p in self.walls],
@@ -212,17 +212,19 @@ class World:
         }
 
     @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> World:
-        """Read what `as_dict` wrote."""
+    def from_json_dict(cls, data: Mapping[str, Any]) -> World:
+        """Read the data that `to_json_dict` returned."""
         return cls(
             size=(float(data["size"][0]), float(data["size"][1])),
             walls=_prisms(data["walls"]),
             furniture=_prisms(data["furniture"]),
             glass=_prisms(data["glass"]),
             visits=(_prisms(data["visits"][0]), _prisms(data["visits"][1])),
-            rooms=tuple(Room(r["name"], _frozen(r["outline"]), _frozen(r["spot"])) for r in data["rooms"]),
-            doors=tuple(Door(_frozen(d["ends"]), (d["joins"][0], d["joins"][1]), d["is_open"]) for d in data["doors"]),
-            floor=tuple(_frozen(outline) for outline in data["floor"]),
+            rooms=tuple(Room(r["name"], _read_only(r["outline"]), _read_only(r["spot"])) for r in data["rooms"]),
+            doors=tuple(
+                Door(_read_only(d["ends"]), (d["joins"][0], d["joins"][1]), d["is_open"]) for d in data["doors"]
+            ),
+            floor=tuple(_read_only(outline) for outline in data["floor"]),
             family=str(data["family"]),
             seed=int(data["seed"]),
         )
@@ -239,7 +241,7 @@ def bar(
 
 
 def covers(outline: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which points, shape (..., 2), lie in a convex counter-clockwise outline (N, 2) or on its rim."""
+    """Return the mask of the points, shape (..., 2), in a convex counter-clockwise outline (N, 2) or on its rim."""
     edges = np.roll(outline, -1, axis=0) - outline
     inside = np.ones(points.shape[:-1], dtype=np.bool_)
     for corner, edge in zip(outline, edges, strict=True):
@@ -261,7 +263,7 @@ def _fill(cells: NDArray[np.int8], outlines: Iterable[NDArray[np.float64]], valu
         cells[lo[1] : hi[1], lo[0] : hi[0]][covers(outline, centres)] = value
 
 
-def _frozen(values: Any) -> NDArray[np.float64]:
+def _read_only(values: Any) -> NDArray[np.float64]:
     array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array

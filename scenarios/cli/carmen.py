@@ -48,13 +48,13 @@ def carmen(
     whose odometry was itself corrected is laid down as it is with --poses log.
     """
     from sim.importers import read_carmen
-    from sim.importers.survey import pose_choice, survey
+    from sim.importers.survey import parse_pose_choice, survey
 
     asked = {"--cut": cut, "--shared": shared, "--resolution-b": resolution_b, "--seed": seed}
     given = {name: value for name, value in asked.items() if value is not None}
     if pairs is None and given:
         raise InputError(f"{next(iter(given))} says how pairs are made: give --pairs N too")
-    choice = pose_choice(poses)
+    choice = parse_pose_choice(poses)
     read = read_carmen(log, every=every)
     with progress(len(read.times)) as advance:
         seen = survey(read, poses=choice, on_scan=lambda scans: advance(scans, "scans"))

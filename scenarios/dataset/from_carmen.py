@@ -93,7 +93,7 @@ class CutSource:
         return self.survey.part(0, middle + more), self.survey.part(middle - more, count)
 
     def _placed(self, part: RobotLog, spec: MapSpec, seed: np.random.SeedSequence) -> PlacedMap:
-        return place_map(part, self.survey.lidar, spec, noise=0, seed=seed, scan_poses=self.survey.laid_down(part))
+        return place_map(part, self.survey.lidar, spec, noise=0, seed=seed, scan_poses=self.survey.map_poses(part))
 
     def _info(self, a: PlacedMap, b: PlacedMap) -> dict[str, object]:
         source = "slam" if self.survey.is_matched else "log"

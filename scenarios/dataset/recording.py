@@ -13,7 +13,7 @@ from scenarios.pairs.map_view import MapSpec, recorded_data
 from scenarios.pairs.pair import MapPair, PairInputs
 from sim.sensors.lidar import Lidar
 from sim.slam.mapping import growing_maps
-from sim.slam.odometry import between, compose
+from sim.slam.poses import compose_poses, relative_poses
 
 MAP_EVERY_S = 5.0
 
@@ -50,7 +50,7 @@ class Recording:
     @property
     def drift(self) -> NDArray[np.float64]:
         """Poses of the wheels' frame in the map frame, shape (S, 3)."""
-        return compose(self.poses, between(self.wheels, np.zeros(3)))
+        return compose_poses(self.poses, relative_poses(self.wheels, np.zeros(3)))
 
     def maps(self) -> Iterator[tuple[int, OccupancyGrid]]:
         """Yield the map as it grows, every five seconds, each with the number of its last scan; last the finished one.
@@ -64,7 +64,7 @@ class Recording:
             n for n in np.unique(np.searchsorted(self.times, wanted) + 1).tolist() if first <= n < len(self.times)
         ]
         grown = growing_maps(
-            between(corner, self.poses),
+            relative_poses(corner, self.poses),
             self.lidar.angles,
             self.ranges,
             counts,
@@ -74,7 +74,7 @@ class Recording:
             miss=self.spec.miss,
         )
         for count, grid in zip(counts, grown, strict=True):
-            x, y, yaw = compose(corner, np.array(grid.origin)).tolist()
+            x, y, yaw = compose_poses(corner, np.array(grid.origin)).tolist()
             yield count - 1, OccupancyGrid(grid.occupancy, resolution, (x, y, yaw))
         yield len(self.times) - 1, self.grid
 
@@ -104,7 +104,7 @@ def _record(pair: MapPair, made: PairInputs, name: str, seed: np.random.SeedSequ
         spec=spec,
         times=log.times,
         ranges=ranges,
-        wheels=between(wheels[0], wheels),
-        poses=compose(np.array(grid.origin), between(in_world, pair.poses["ab".index(name)])),
+        wheels=relative_poses(wheels[0], wheels),
+        poses=compose_poses(np.array(grid.origin), relative_poses(in_world, pair.poses["ab".index(name)])),
         grid=OccupancyGrid(grid.occupancy, pair.info[f"resolution_{name}"], grid.origin),
     )

@@ -14,7 +14,7 @@ import numpy as np
 from rectmerge.grid import OccupancyGrid
 from scenarios.dataset.recording import Recording, record
 from scenarios.pairs.pair import MapPair, PairInputs
-from sim.slam.odometry import between
+from sim.slam.poses import relative_poses
 
 ROBOTS = ("robot1", "robot2")  # of the maps A and B
 MAP, ODOMETRY, SCAN = "nav_msgs/msg/OccupancyGrid", "nav_msgs/msg/Odometry", "sensor_msgs/msg/LaserScan"
@@ -114,7 +114,7 @@ class _Maker:
 
     def _odometry(self, robot: str, recording: Recording) -> Iterator[_Sent]:
         steps = (
-            between(recording.wheels[:-1], recording.wheels[1:]) / np.diff(recording.times)[:, None]
+            relative_poses(recording.wheels[:-1], recording.wheels[1:]) / np.diff(recording.times)[:, None]
         )  # (S-1, 3), per second
         speeds = np.concatenate([np.zeros((1, 3)), steps])
         covariance = np.zeros(36)

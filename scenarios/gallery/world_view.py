@@ -18,7 +18,7 @@ from rectmerge.io.map_file import map_files
 from sim.bullet import physics
 from sim.floorplans import FAMILIES, WorldSpec, families, make_world
 from sim.importers import import_world
-from sim.motion.driving import CELL_M, drivable
+from sim.motion.driving import CELL_M, make_drive_field
 from sim.world import World
 
 WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 1240, 420, 1640  # of a picture, pixels
@@ -129,7 +129,7 @@ def _files(what: str) -> tuple[Path, ...]:
 
 def _drivable(world: World) -> str:
     try:
-        area = drivable(world).is_drivable.sum() * CELL_M**2
+        area = make_drive_field(world).is_drivable.sum() * CELL_M**2
     except SimulationError:
         return "nothing: a robot fits nowhere"
     return f"{area:.0f} square metres"

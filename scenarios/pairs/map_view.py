@@ -18,7 +18,7 @@ from scenarios.pairs.cropping import crop_to_known
 from sim.missions.mission_log import RobotLog
 from sim.sensors.lidar import Lidar
 from sim.slam.mapping import HIT, LIMIT, MISS, build_map
-from sim.slam.odometry import drive_blind
+from sim.slam.odometry import simulate_odometry
 from sim.slam.pose_sources import PoseSource, Slam, estimate_poses
 
 
@@ -239,7 +239,9 @@ def recorded_data(
         Wheel odometry, shape (S, 3): the mapper's input, or the log's where the mapper had the truth.
     """
     _, of_scans, _, of_poses, _ = _streams(seed)
-    wheels = log.odometry if spec.poses == "truth" else drive_blind(log.poses, of_poses, level=spec.slam.wheel_level)
+    wheels = (
+        log.odometry if spec.poses == "truth" else simulate_odometry(log.poses, of_poses, level=spec.slam.wheel_level)
+    )
     return _read_out(log, lidar, noise, of_scans), wheels
 
 

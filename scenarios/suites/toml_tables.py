@@ -12,7 +12,7 @@ from cattrs.gen import make_dict_structure_fn
 
 from rectmerge.errors import InputError, ScenarioError
 from sim.floorplans import FAMILIES, Office, WorldSpec
-from sim.sensors.lidar import Lidar, lidar_named
+from sim.sensors.lidar import Lidar, find_lidar
 
 T = TypeVar("T")
 
@@ -84,10 +84,10 @@ def _converter() -> cattrs.Converter:
 def _scanner(value: Any, read: Callable[[dict[str, Any]], Lidar]) -> Lidar:
     """Read a scanner: the name of a profile, or a table whose `profile` gives the missing fields."""
     if isinstance(value, str):
-        return lidar_named(value)
+        return find_lidar(value)
     if "profile" not in value:
         return read(value)
-    return read(asdict(lidar_named(value["profile"])) | {k: v for k, v in value.items() if k != "profile"})
+    return read(asdict(find_lidar(value["profile"])) | {k: v for k, v in value.items() if k != "profile"})
 
 
 def _world(data: dict[str, Any], converter: cattrs.Converter) -> WorldSpec:

@@ -45,7 +45,7 @@ def _span(start: float, extent: float, count: int) -> tuple[int, int]:
 
 @kernel
 def _crosses(edge: NDArray[np.float64], row: int, col: int) -> bool:
-    """Tell whether the line through an edge meets a bucket: its distance from the centre against the bucket's half."""
+    """Return whether the line through an edge meets a bucket: its distance from the centre against half a bucket."""
     away = edge[2] * (row + 0.5 - edge[1]) - edge[3] * (col + 0.5 - edge[0])
     return bool(abs(away) <= (0.5 + SLACK) * (abs(edge[2]) + abs(edge[3])))
 
@@ -61,16 +61,16 @@ def cast(
     rows: int,
     cols: int,
 ) -> NDArray[np.float64]:
-    """Meet each ray with the edges of the buckets it crosses, the nearest first (Amanatides and Woo 1987).
+    """Intersect each ray with the edges of the buckets it crosses, the nearest first (Amanatides and Woo 1987).
 
     Rays start at (x, y) along unit vectors `along` (N, 2) and end at `reach` (N,), all in buckets; inf for no edge.
     """
-    found = np.full(along.shape[0], np.inf)
+    ranges = np.full(along.shape[0], np.inf)
     for n in range(along.shape[0]):
         best = _walk(x, y, along[n, 0], along[n, 1], reach[n], first, held, rows, cols)
         if best < reach[n]:
-            found[n] = best
-    return found
+            ranges[n] = best
+    return ranges
 
 
 @kernel
@@ -113,7 +113,7 @@ def _walk(
 
 @kernel
 def _within(x: float, y: float, dx: float, dy: float, rows: int, cols: int) -> tuple[float, float]:
-    """How far along a ray it enters and leaves the buckets; it enters at 0 where it starts among them."""
+    """Return the distances at which a ray enters and leaves the buckets; 0 to enter where it starts among them."""
     enter, leave = 0.0, np.inf
     for start, step, count in ((x, dx, cols), (y, dy, rows)):
         if step == 0.0:
@@ -127,7 +127,7 @@ def _within(x: float, y: float, dx: float, dy: float, rows: int, cols: int) -> t
 
 @kernel
 def _meet(x: float, y: float, dx: float, dy: float, sx: float, sy: float, ex: float, ey: float, best: float) -> float:
-    """How far along a ray it meets an edge, where that is nearer than `best`."""
+    """Return the distance at which a ray meets an edge, or `best` where that is nearer."""
     cross = dx * ey - dy * ex
     if cross == 0.0:
         return best
@@ -146,9 +146,9 @@ def meet_circles(
     along: NDArray[np.float64],
     centres: NDArray[np.float64],
     radius: float,
-    found: NDArray[np.float64],
+    ranges: NDArray[np.float64],
 ) -> None:
-    """Shorten the ranges found, in place, to circles about `centres` (K, 2); rays from within one do not meet it."""
+    """Shorten ranges, in place, to circles about `centres` (K, 2); rays from within one do not meet it."""
     for k in range(centres.shape[0]):
         ax, ay = centres[k, 0] - x, centres[k, 1] - y
         outside = ax * ax + ay * ay - radius * radius
@@ -158,4 +158,4 @@ def meet_circles(
             ahead = ax * along[n, 0] + ay * along[n, 1]
             square = ahead * ahead - outside
             if ahead > 0.0 and square >= 0.0:
-                found[n] = min(found[n], ahead - math.sqrt(square))
+                ranges[n] = min(ranges[n], ahead - math.sqrt(square))

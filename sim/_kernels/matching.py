@@ -22,7 +22,7 @@ def search(
     shift_price: float,
     turn_price: float,
 ) -> NDArray[np.float64]:
-    """Find the turn and whole-cell shift about a guess where points meet most of a field.
+    """Find the turn and whole-cell shift about a guess with the largest mean of a field under points.
 
     All lengths are in cells. `best_near[r, c]` is the largest value of `field[r : r + block, c : c + block]`, so a sum
     over it bounds a block of shifts. A candidate's value is the mean of the field under the points, less a price per
@@ -78,28 +78,28 @@ def refine(
     points: NDArray[np.float64],
     start: NDArray[np.float64],
     guess: NDArray[np.float64],
-    trust: NDArray[np.float64],
+    prior_weights: NDArray[np.float64],
     rounds: int,
     enough: float,
 ) -> NDArray[np.float64]:
     """Move a pose, in cells, so that the interpolated field under the points comes near 1 (damped Gauss-Newton).
 
-    `trust` (3,) weighs the squared distance to the guess in column, row and yaw. Ends after `rounds`, or when a step
-    moves the farthest point by less than `enough` cells. Returns (column, row, yaw, mean of the field, grip), where
-    grip is how steep the field is along the direction in which it is least so, over the same for the steepest, squared.
+    `prior_weights` (3,) weighs the squared distance to the guess in column, row and yaw. Ends after `rounds`, or when
+    a step moves the farthest point by less than `enough` cells. Returns (column, row, yaw, mean of the field,
+    conditioning): the least over the largest eigenvalue of the normal equations of the position.
     """
     pose, there = start.copy(), start.copy()
     farthest = 1.0
     for n in range(len(points)):
         farthest = max(farthest, math.sqrt(points[n, 0] ** 2 + points[n, 1] ** 2))
     system, other = np.empty(11), np.empty(11)
-    _normal_equations(field, points, pose, guess, trust, system)
+    _normal_equations(field, points, pose, guess, prior_weights, system)
     damping = 1e-3
     for _ in range(rounds):
         step = _solve(system, damping)
         for k in range(3):
             there[k] = pose[k] + step[k]
-        _normal_equations(field, points, there, guess, trust, other)
+        _normal_equations(field, points, there, guess, prior_weights, other)
         if other[9] > system[9]:
             damping *= 10.0
             continue
@@ -107,10 +107,10 @@ def refine(
         pose[:], system[:] = there, other
         if math.sqrt(step[0] ** 2 + step[1] ** 2) + farthest * abs(step[2]) < enough:
             break
-    of_x, of_y = system[0] - trust[0], system[3] - trust[1]
+    of_x, of_y = system[0] - prior_weights[0], system[3] - prior_weights[1]
     middle, apart = (of_x + of_y) / 2, math.hypot((of_x - of_y) / 2, system[1])
-    grip = (middle - apart) / (middle + apart) if middle > 0 else 0.0
-    return np.array([pose[0], pose[1], pose[2], system[10], grip])
+    conditioning = (middle - apart) / (middle + apart) if middle > 0 else 0.0
+    return np.array([pose[0], pose[1], pose[2], system[10], conditioning])
 
 
 @kernel
@@ -119,7 +119,7 @@ def _normal_equations(
     points: NDArray[np.float64],
     pose: NDArray[np.float64],
     guess: NDArray[np.float64],
-    trust: NDArray[np.float64],
+    prior_weights: NDArray[np.float64],
     system: NDArray[np.float64],
 ) -> None:
     """Sum up J^T J as xx, xy, xt, yy, yt, tt; J^T e as x, y, t; the cost; and the field's mean."""
@@ -152,9 +152,9 @@ def _normal_equations(
         system[9] += error * error
         system[10] += value / len(points)
     for k, entry in enumerate((0, 3, 5)):
-        system[entry] += trust[k]
-        system[6 + k] += trust[k] * (guess[k] - pose[k])
-        system[9] += trust[k] * (guess[k] - pose[k]) ** 2
+        system[entry] += prior_weights[k]
+        system[6 + k] += prior_weights[k] * (guess[k] - pose[k])
+        system[9] += prior_weights[k] * (guess[k] - pose[k]) ** 2
 
 
 @kernel

@@ -13,7 +13,7 @@ from rectmerge._kernels.compiling import kernel
 
 @kernel
 def cost_to_goal(price: NDArray[np.float64], goal_row: int, goal_col: int) -> NDArray[np.float64]:
-    """Dijkstra over eight neighbours: the cost in cells from every cell to the goal; inf where price is inf."""
+    """Return the cost in cells from every cell to the goal (Dijkstra, eight neighbours); inf where price is inf."""
     cost = np.full(price.shape, np.inf)
     cost[goal_row, goal_col] = 0.0
     heap = [(0.0, goal_row * price.shape[1] + goal_col)]
@@ -23,10 +23,10 @@ def cost_to_goal(price: NDArray[np.float64], goal_row: int, goal_col: int) -> ND
 
 
 @kernel
-def most_gain(
+def find_best_goal(
     price: NDArray[np.float64], row: int, col: int, pay: NDArray[np.float32], most: float
 ) -> tuple[NDArray[np.float64], int]:
-    """Dijkstra from a cell outwards until no cell further away can beat the least cost less pay, pay being > 0.
+    """Search outwards from a cell (Dijkstra) for the least cost less pay, pay being > 0.
 
     `most` bounds the pay. Returns the costs, final up to that of the best cell, and that cell, row-major; -1 for none.
     """
@@ -45,7 +45,7 @@ def most_gain(
 
 @kernel
 def _expand(price: NDArray[np.float64], cost: NDArray[np.float64], heap: list[tuple[float, int]]) -> None:
-    """Take the cheapest cell off the heap and put its neighbours on that get cheaper by it."""
+    """Pop the cheapest cell and push the neighbours that it makes cheaper."""
     height, width = price.shape
     so_far, at = heapq.heappop(heap)
     row, col = at // width, at % width
@@ -66,7 +66,7 @@ def _expand(price: NDArray[np.float64], cost: NDArray[np.float64], heap: list[tu
 
 @kernel
 def descend(cost: NDArray[np.float64], row: int, col: int) -> NDArray[np.int64]:
-    """Follow the steepest descent of a cost field to its goal; rows (row, col)."""
+    """Follow the steepest descent of a cost field to its goal; return rows (row, col)."""
     height, width = cost.shape
     path = np.empty((height * width, 2), dtype=np.int64)
     count = 0

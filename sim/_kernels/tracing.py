@@ -51,7 +51,7 @@ def _trace(
     miss: float,
     lowest: float,
 ) -> None:
-    """Lower every cell a ray crosses before the cell it ends in (Amanatides and Woo 1987)."""
+    """Lower every cell that a ray crosses before its last cell (Amanatides and Woo 1987)."""
     col, row = math.floor(x0), math.floor(y0)
     steps = abs(math.floor(x1) - col) + abs(math.floor(y1) - row)
     dx, dy = x1 - x0, y1 - y0

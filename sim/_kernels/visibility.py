@@ -1,4 +1,4 @@
-"""Compiled loops of exploration: which cells a robot has seen, and since which scan."""
+"""Compiled loops of exploration: the first scan that shows each cell."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def see_scans(
     seen_free: NDArray[np.int32],
     is_hit: NDArray[np.bool_],
 ) -> None:
-    """Note in `seen_free` the first scan of which a ray crosses a cell before its end (-1: none), in `is_hit` the ends.
+    """Record in `seen_free` the first scan with a ray across a cell (-1: none), and in `is_hit` the cells of the ends.
 
-    Ranges below the shortest say nothing; rays of more than the longest, inf included, meet nothing.
+    Ranges below the shortest are no readings; rays of more than the longest, inf included, have no end.
     """
     height, width = seen_free.shape
     for s in range(poses.shape[0]):

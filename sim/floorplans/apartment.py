@@ -14,7 +14,7 @@ from sim.floorplans.splitting import Split, area, draw_split, split
 
 @dataclass(frozen=True, kw_only=True)
 class Apartment(WorldSpec):
-    """Three to eight rooms of unequal size around each other, perhaps around a small hall.
+    """Apartment of three to eight rooms of unequal size, perhaps around a small hall.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Apartment(WorldSpec):
 
 
 def _pinwheel(pen: Pen, narrowest: float) -> Split:
-    """Four rooms that turn around a small hall, which comes last."""
+    """Split the floor into four rooms in a pinwheel around a small hall, which comes last."""
     rng, (left, low, right, high) = pen.rng, pen.box()
     wide, deep = (rng.uniform(narrowest, max(narrowest, 0.3 * side)) for side in (right - left, high - low))
     x0 = left + narrowest + (right - left - wide - 2 * narrowest) * rng.uniform(0.2, 0.8)

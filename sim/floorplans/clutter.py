@@ -12,7 +12,7 @@ from sim.floorplans.splitting import Split, draw_split, split
 
 @dataclass(frozen=True, kw_only=True)
 class Clutter(WorldSpec):
-    """Rooms stuffed with furniture that mostly stands at odd angles.
+    """Rooms full of furniture, most of it at odd angles.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class Clutter(WorldSpec):
         self.require_room(self.rooms * self.narrowest_m / 1.5, 2.2 * self.narrowest_m, f"{self.rooms} rooms")
 
     def draw(self, pen: Pen) -> None:
-        """Split the floor into rooms; the furniture is told how to stand."""
+        """Split the floor into rooms, and let furniture stand close and at any angle."""
         outline = rectangle(*pen.box())
         pen.shell(outline)
         floor = Split([outline], [])

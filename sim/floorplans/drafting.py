@@ -1,7 +1,7 @@
-"""The pen that draws a plan: rooms side by side, and walls with doors along the lines where they meet.
+"""Pen for plans: rooms side by side, and walls with doors along their common borders.
 
 The outline of a room runs along the middles of its walls, also of the outer ones, which are thicker to the outside.
-So rooms tile the building, and every wall reaches half the inner thickness into the outlines beside it.
+So rooms tile the building, and every wall reaches half the inner thickness into the outlines on both sides.
 """
 
 from __future__ import annotations
@@ -19,31 +19,31 @@ from sim.floorplans.shapes import Points, counter_clockwise, offset
 from sim.world import Door, Prism, Room, bar
 
 HEIGHT_M = 2.5
-JAMB_M = 0.15  # of wall beside a door, at least
+JAMB_M = 0.15  # least length of wall next to a door
 PANE_M = 0.06  # a glass partition is no thicker
 
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """An opening in a wall, from `start` to `end` metres along it, and the names of what it joins.
+    """Opening in a wall, from `start` to `end` metres along it, and the names of the rooms that it joins.
 
-    What is no door is an opening that has no leaf.
+    An opening that is no door has no leaf.
     """
 
     start: float
     end: float
-    one: str
-    other: str
+    first: str
+    second: str
     is_door: bool = True
 
 
 class Pen:
-    """Draws one building; keeps what has been drawn so far.
+    """Pen that draws one building, and the plan drawn so far.
 
     Parameters
     ----------
     rng
-        Draws what the plan leaves open: thicknesses, widths of doors, which partitions are glass.
+        Source of all choices: thicknesses, widths of doors, glass partitions.
     size_m
         Outer size of the building.
     wall_m, door_m, glass
@@ -64,17 +64,17 @@ class Pen:
         self.outer_m = float(rng.uniform(self.inner_m, 2 * self.inner_m))
         self.walls: list[Prism] = []
         self.glass: list[Prism] = []
-        self.fixtures: list[Prism] = []  # furniture that nobody moves
+        self.fixtures: list[Prism] = []  # furniture that is never moved
         self.rooms: list[Room] = []
-        self.bare: set[str] = set()  # the rooms that get no furniture
+        self.bare: set[str] = set()  # rooms without furniture
         self.doors: list[Door] = []
         self.openings: list[Door] = []
-        self.joints: list[tuple[str, str]] = []  # rooms that lie side by side with no wall between
+        self.joints: list[tuple[str, str]] = []  # rooms side by side without a wall between
         self.floor: list[Points] = []
-        self.blocks: list[Points] = []  # what furniture keeps clear of besides walls
+        self.blocks: list[Points] = []  # obstacles, besides walls, that furniture keeps clear of
         self.pieces: list[Piece] = []
-        self.spares: list[Piece] = []  # what could stand in the same place or zone instead
-        self.way_m, self.turned = 0.85, 0.0  # left between pieces of furniture; share of them that stand at any angle
+        self.spares: list[Piece] = []  # alternatives for the same place or zone
+        self.way_m, self.turned = 0.85, 0.0  # gap between pieces of furniture; share of them at any angle
 
     def box(self) -> tuple[float, float, float, float]:
         """Return (left, low, right, high) of the middles of the outer walls."""
@@ -101,17 +101,17 @@ class Pen:
         """Add floor that belongs to no room, with a convex outline (N, 2)."""
         self.floor.append(counter_clockwise(corners))
 
-    def join(self, one: str, other: str) -> None:
-        """Say that two rooms lie side by side with no wall between."""
-        self.joints.append((one, other))
+    def join(self, first: str, second: str) -> None:
+        """Join two rooms that lie side by side without a wall between."""
+        self.joints.append((first, second))
 
     def block(self, corners: ArrayLike, top: float = HEIGHT_M, *, is_wall: bool = True) -> None:
-        """Add what stands within a room and is not moved: a pillar, a rack's upright."""
+        """Add a fixed obstacle within a room: a pillar, or an upright of a rack."""
         outline = counter_clockwise(corners)
         (self.walls if is_wall else self.fixtures).append(Prism(outline, top))
         self.blocks.append(outline)
 
-    def door(self, low: float, high: float, one: str, other: str, *, is_needed: bool = True) -> list[Gap]:
+    def door(self, low: float, high: float, first: str, second: str, *, is_needed: bool = True) -> list[Gap]:
         """Choose a door between two points of a wall; no gap where it does not fit and is not needed.
 
         Raises
@@ -126,12 +126,12 @@ class Pen:
             return []
         width = min(float(self.rng.uniform(*self.door_m)), room)
         start = low + JAMB_M + self.inner_m / 2 + float(self.rng.uniform(0.0, room - width))
-        return [Gap(start, start + width, one, other)]
+        return [Gap(start, start + width, first, second)]
 
     def wall(self, points: ArrayLike, gaps: Iterable[Gap] = ()) -> None:
         """Draw an inner wall along a line of points (N, 2), with its gaps counted along it.
 
-        It is to end at the middle of another wall, which hides its end.
+        It must end at the middle of another wall, which hides its end.
         """
         line = np.array(points, dtype=np.float64)
         is_glass = bool(self.rng.random() < self._glass_share)
@@ -140,20 +140,20 @@ class Pen:
         cuts = sorted(gaps, key=lambda gap: gap.start)
         for gap in cuts:
             ends = np.stack([_at(line, ways, gap.start), _at(line, ways, gap.end)])
-            (self.doors if gap.is_door else self.openings).append(Door(ends, (gap.one, gap.other)))
+            (self.doors if gap.is_door else self.openings).append(Door(ends, (gap.first, gap.second)))
         stretches = _solid(float(ways[-1]), cuts)
         chosen = self.glass if is_glass else self.walls
         chosen.extend(Prism(outline, HEIGHT_M) for outline in _bars(line, ways, stretches, thickness))
 
 
 def _solid(length: float, gaps: Sequence[Gap]) -> list[tuple[float, float]]:
-    """The stretches of a wall that its gaps leave."""
+    """Return the solid stretches of a wall between its gaps."""
     ends = [0.0, *(end for gap in gaps for end in (gap.start, gap.end)), length]
     return list(zip(ends[::2], ends[1::2], strict=True))
 
 
 def _bars(line: Points, ways: Points, stretches: Sequence[tuple[float, float]], thickness: float) -> Iterator[Points]:
-    """The outlines of the stretches of a line, whose points lie at `ways` along it."""
+    """Yield the outlines of the stretches of a line, whose points lie at `ways` along it."""
     bends = [_bend(line, k) * thickness / 2 for k in range(len(line))]
     for k, (from_way, to_way) in enumerate(pairwise(ways)):
         along = (line[k + 1] - line[k]) / (to_way - from_way)
@@ -169,7 +169,7 @@ def _at(line: Points, ways: Points, way: float) -> Points:
 
 
 def _bend(line: Points, k: int) -> float:
-    """How much longer a wall must be at a point, in half thicknesses, for the bend there to be closed."""
+    """Return the length, in half thicknesses, by which a wall must be extended to close the bend at a point."""
     if not 0 < k < len(line) - 1:
         return 0.0
     before, after = ((b - a) / np.hypot(*(b - a)) for a, b in pairwise(line[k - 1 : k + 2]))

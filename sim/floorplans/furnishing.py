@@ -15,17 +15,17 @@ from sim.floorplans.pieces import AT_WALL, STANDING, Model, Piece
 from sim.floorplans.shapes import Points
 from sim.world import Door, Room
 
-DOOR_WAY_M = 0.9  # left around the middle of a door
-TRIES, MODELS = 8, 3  # places for a piece, and pieces for each that is wanted, before it is given up
+DOOR_WAY_M = 0.9  # clear radius around the middle of a door
+TRIES, MODELS = 8, 3  # places tried for a piece, and pieces tried for each that is wanted
 
 
 class Furnisher:
-    """Finds places for furniture in the rooms of one plan.
+    """Furnisher of the rooms of one plan.
 
     Parameters
     ----------
     pen
-        The plan that was drawn; it says how close furniture stands, and at which angles.
+        The plan, with the gaps and angles of furniture.
     """
 
     def __init__(self, pen: Pen) -> None:
@@ -42,7 +42,7 @@ class Furnisher:
         }
 
     def furnish(self, room: Room, density: float) -> Iterable[Piece]:
-        """Place a number of pieces in a room that is drawn about `density` per 10 square metres."""
+        """Place a random number of pieces in a room, `density` per 10 square metres on average."""
         wanted = int(self._rng.poisson(density * room.area_m2 / 10))
         placed = 0
         for _ in range(MODELS * wanted):
@@ -55,8 +55,8 @@ class Furnisher:
                 placed += 1
                 yield piece
 
-    def another(self, piece: Piece) -> Piece | None:
-        """Find another place in the room for a piece, clear of all that stand there."""
+    def find_another_place(self, piece: Piece) -> Piece | None:
+        """Find another place in the room for a piece, clear of all others."""
         for k in self._rng.permutation(len(self._spares)):
             if self._spares[k].room == piece.room:
                 return self._spares.pop(k)
@@ -65,7 +65,7 @@ class Furnisher:
         return self.place(piece.room, piece.model, is_at_wall=bool(self._rng.random() < 0.5))
 
     def place(self, name: str, model: Model, *, is_at_wall: bool) -> Piece | None:
-        """Find a place for a piece in a room; None where there seems to be none."""
+        """Find a place for a piece in a room; None where no try succeeds."""
         space = self._space[name]
         for _ in range(TRIES):
             turned = bool(self._rng.random() < self._turned)
@@ -82,7 +82,7 @@ class Furnisher:
         return not any(map(shape.intersects, self._doors)) and all(shape.distance(o) > self._way_m for o in others)
 
     def _at_wall(self, name: str, model: Model) -> Model:
-        """Put a piece with its back to a wall, a hand off the corner at least where that is possible."""
+        """Put a piece with its back to a wall, 0.1 m off the corner where possible."""
         corners = np.array(orient(self._space[name]).exterior.coords)
         edges = np.diff(corners, axis=0)
         lengths = np.hypot(edges[:, 0], edges[:, 1])

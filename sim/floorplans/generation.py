@@ -1,4 +1,4 @@
-"""A building of a family made from a seed: drawn, furnished, doors shut, turned, and proved to be drivable."""
+"""Generation of buildings from a seed: drawn, furnished, doors shut, turned, and checked to be drivable."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from sim.floorplans.polygonal import Polygonal
 from sim.floorplans.round import Round
 from sim.floorplans.spec import WorldSpec
 from sim.floorplans.two_wing import TwoWing
-from sim.floorplans.visits import Furniture, Leaves, change, shut
+from sim.floorplans.visits import Furniture, Leaves, change_furniture, shut_doors
 from sim.floorplans.warehouse import Warehouse
-from sim.motion.driving import DriveField, drivable, standing_spot
+from sim.motion.driving import DriveField, find_standing_spot, make_drive_field
 from sim.world import Prism, World
 
 DRAFTS = 20
@@ -35,30 +35,30 @@ FAMILIES: Mapping[str, type[WorldSpec]] = MappingProxyType({kind.family: kind fo
 
 
 def families() -> dict[str, str]:
-    """Return the families of buildings by name, each with one line about it."""
+    """Return the families of buildings by name, each with a line of description."""
     return {name: (kind.__doc__ or "").partition("\n")[0].rstrip(".") for name, kind in FAMILIES.items()}
 
 
 def make_world(spec: WorldSpec, seed: int) -> World:
-    """Make a building of a family from a seed; a robot can drive between all its rooms during both visits.
+    """Make a building from a seed, in which a robot can drive between all rooms during both visits.
 
     Raises
     ------
     SimulationError
-        If no such building was found, which a changed spec cures, or shapely is missing.
+        If no draft gives such a building, or shapely is missing.
     """
     try:
-        import shapely  # noqa: F401 - said here, once, rather than by every draft
+        import shapely  # noqa: F401 - checked here, once, rather than in every draft
     except ImportError as error:
         raise SimulationError(f"making a building {missing('shapely')}") from error
     rng = np.random.default_rng(seed)
-    complaint = ""
+    reason = ""
     for _ in range(DRAFTS):
         try:
             return replace(_draft(spec, rng), family=spec.family, seed=seed)
         except SimulationError as error:
-            complaint = str(error)
-    raise SimulationError(f"{DRAFTS} drafts of this {spec.family} came to nothing: {complaint}")
+            reason = str(error)
+    raise SimulationError(f"{DRAFTS} drafts of this {spec.family} failed: {reason}")
 
 
 def _draft(spec: WorldSpec, rng: np.random.Generator) -> World:
@@ -67,37 +67,37 @@ def _draft(spec: WorldSpec, rng: np.random.Generator) -> World:
 
     pen = Pen(rng, size_m=spec.size_m, wall_m=spec.wall_m, door_m=spec.door_m, glass=spec.glass)
     spec.draw(pen)
-    leaves = shut(pen, spec.shut, may_differ=spec.changed > 0)
+    leaves = shut_doors(pen, spec.shut, may_differ=spec.changed > 0)
     furnisher = Furnisher(pen)
     for room in pen.rooms:
         if room.name not in pen.bare:
             pen.pieces += furnisher.furnish(room, spec.furniture)
-    furniture = change(pen.pieces, spec.changed, furnisher.another, rng)
+    furniture = change_furniture(pen.pieces, spec.changed, furnisher.find_another_place, rng)
     yaw = rng.uniform(0.0, math.tau) if spec.yaw_deg == "random" else math.radians(spec.yaw_deg)
     while True:
-        world = _built(pen, leaves, furniture).turned(yaw)
-        spots = _spots(world)
+        world = _build_world(pen, leaves, furniture).turned(yaw)
+        spots = _standing_spots(world)
         cut_off = [room.name for room, spot in zip(world.rooms, spots, strict=True) if spot is None]
         if not cut_off:
             placed = zip(world.rooms, spots, strict=True)
             return replace(world, rooms=tuple(replace(room, spot=spot) for room, spot in placed if spot is not None))
-        rooms = _in_the_way(pen, leaves, furniture, set(cut_off))
+        rooms = _rooms_in_the_way(pen, leaves, furniture, set(cut_off))
         if not rooms:
             raise SimulationError(f"a robot cannot reach {cut_off[0]!r}; wider doors (door_m) may help")
         furniture = furniture.thinned(rooms)
 
 
-def _in_the_way(pen: Pen, leaves: Leaves, furniture: Furniture, cut_off: set[str]) -> list[str]:
-    """The furnished rooms where furniture stands in the way most likely: those on both sides of the cut come first."""
+def _rooms_in_the_way(pen: Pen, leaves: Leaves, furniture: Furniture, cut_off: set[str]) -> list[str]:
+    """Return the furnished rooms where furniture most likely blocks the path: first those on both sides of the cut."""
     ways = [*pen.joints, *(door.joins for door in (*pen.openings, *leaves.doors) if door.is_open)]
-    beside = {name for joins in ways if len(cut_off & set(joins)) == 1 for name in joins}
-    for names in (beside, cut_off, {room.name for room in pen.rooms}):
+    at_cut = {name for joins in ways if len(cut_off & set(joins)) == 1 for name in joins}
+    for names in (at_cut, cut_off, {room.name for room in pen.rooms}):
         if rooms := sorted(name for name in names if furniture.stands_in(name)):
             return rooms
     return []
 
 
-def _built(pen: Pen, leaves: Leaves, furniture: Furniture) -> World:
+def _build_world(pen: Pen, leaves: Leaves, furniture: Furniture) -> World:
     return World(
         size=pen.size_m,
         walls=(*pen.walls, *leaves.always),
@@ -117,11 +117,11 @@ def _parts(pieces: tuple[Piece, ...]) -> tuple[Prism, ...]:
     return tuple(part for piece in pieces for part in piece.put.parts)
 
 
-def _spots(world: World) -> list[NDArray[np.float64] | None]:
-    """Where a robot can stand in each room during both visits, and drive to from all others."""
-    fields = [drivable(world.at_visit(visit)) for visit in ((0, 1) if any(world.visits) else (0,))]
+def _standing_spots(world: World) -> list[NDArray[np.float64] | None]:
+    """Return a spot in each room that a robot can reach from all others during both visits, or None."""
+    fields = [make_drive_field(world.at_visit(visit)) for visit in ((0, 1) if any(world.visits) else (0,))]
     both = DriveField(
         np.minimum.reduce([field.clearance for field in fields]),
         np.logical_and.reduce([field.is_drivable for field in fields]),
     )
-    return [standing_spot(both, room) for room in world.rooms]
+    return [find_standing_spot(both, room) for room in world.rooms]

@@ -8,24 +8,24 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sim.floorplans.drafting import Pen
-from sim.floorplans.rows import cut, row
+from sim.floorplans.rows import cut_widths, draw_row
 from sim.floorplans.shapes import Points, disc, rectangle
 from sim.floorplans.spec import WorldSpec, require_count, require_share, require_within
 
-ZONE_M = 7.0  # the hall counts as several rooms side by side, each about so long
+ZONE_M = 7.0  # the hall is several rooms side by side, each about so long
 SIDE_DEPTH_M = 3.6
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hall(WorldSpec):
-    """One large space with rows of pillars, and a few rooms at one end.
+    """Hall with rows of pillars, and a few rooms at one end.
 
     Parameters
     ----------
     spacing_m
         From pillar to pillar, about, 3 to 10 m.
     jitter_m
-        By how much pillars stand off their places, at most, 0 to 1 m.
+        Largest displacement of pillars, 0 to 1 m.
     missing
         Share of the pillars that are left out.
     side_rooms
@@ -62,9 +62,11 @@ class Hall(WorldSpec):
             if k:
                 pen.join(f"hall {k}", f"hall {k + 1}")
         if self.side_rooms:
-            cuts = cut(rng, 0.0, high - low, self.side_rooms, self.narrowest_m)
+            cuts = cut_widths(rng, 0.0, high - low, self.side_rooms, self.narrowest_m)
             names = [f"side {k + 1}" for k in range(self.side_rooms)]
-            row(pen, np.array([end, high]), np.array([end, low]), right - end, cuts, names, f"hall {len(ends) - 1}")
+            draw_row(
+                pen, np.array([end, high]), np.array([end, low]), right - end, cuts, names, f"hall {len(ends) - 1}"
+            )
         self._pillars(pen, (left, low, end, high))
 
     def _pillars(self, pen: Pen, space: tuple[float, float, float, float]) -> None:

@@ -1,4 +1,4 @@
-"""Wards: identical rooms in two rows along a corridor, as far as nobody jitters them."""
+"""Hospital wards: two rows of rooms along a corridor, identical without jitter."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import numpy as np
 from rectmerge.errors import InputError
 from sim.floorplans.drafting import JAMB_M, Gap, Pen
 from sim.floorplans.pieces import Model, Piece, bed, block, chair
-from sim.floorplans.rows import row
+from sim.floorplans.rows import draw_row
 from sim.floorplans.shapes import Points, rectangle
 from sim.floorplans.spec import WorldSpec, require_count, require_within
 
-BATH_M = (1.6, 1.8)  # a closed wet cell beside the door
+BATH_M = (1.6, 1.8)  # a closed wet cell next to the door
 CORRIDOR_M = 2.4
 TURN_PER_M = 0.5  # radians that furniture turns per metre of jitter
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hospital(WorldSpec):
-    """Rows of identical rooms along a corridor, furniture and all, until they are jittered.
+    """Rows of identical rooms along a corridor, with their furniture, as long as there is no jitter.
 
     Parameters
     ----------
     rooms
         Number of rooms, even, 4 to 16.
     jitter_m
-        By how much partitions, doors and furniture stand off their places, at most, 0 to 0.6 m. With 0, and nothing
+        Largest displacement of partitions, doors and furniture, 0 to 0.6 m. With 0, and nothing
         changed, shut or of glass, all rooms are the same, those across the corridor turned by half a turn.
     """
 
@@ -59,12 +59,12 @@ class Hospital(WorldSpec):
             cuts[1:-1] += self._jitters(pen, count - 1)
             names = [f"{side} {k + 1}" for k in range(count)]
             gaps = [self._door(pen, door, cuts[k + 1] - cuts[k], name) for k, name in enumerate(names)]
-            row(pen, corner, np.array(end), deep, cuts, names, "corridor", doors=gaps)
+            draw_row(pen, corner, np.array(end), deep, cuts, names, "corridor", doors=gaps)
             for k, name in enumerate(names):
                 self._fill(pen, name, corner + along * cuts[k], along, (cuts[k + 1] - cuts[k], deep))
 
     def _door(self, pen: Pen, door: Gap, wide: float, name: str) -> Gap:
-        """The same door for every room, as far as jitter lets it be."""
+        """Return the door of a room: the same for every room, apart from jitter."""
         width, edge = door.end - door.start, JAMB_M + pen.inner_m / 2
         if self.jitter_m:
             width = min(float(pen.rng.uniform(*pen.door_m)), wide - BATH_M[0] - 2 * edge)
@@ -92,7 +92,7 @@ class Hospital(WorldSpec):
 
 
 def _layout(size: tuple[float, float], edge: float) -> list[tuple[Model, tuple[float, float], float]]:
-    """What stands in a room of a ward, the most needed first: the model, its origin and how it is turned."""
+    """Return the furniture of a room of a ward, the most needed first: model, origin and heading."""
     wide, deep = size
     seat = Model(chair(np.array([0.25, 0.25]), 0.0), rectangle(0.0, 0.0, 0.5, 0.5))
     return [

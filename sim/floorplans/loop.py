@@ -8,7 +8,7 @@ import numpy as np
 
 from rectmerge.errors import SimulationError
 from sim.floorplans.drafting import Pen
-from sim.floorplans.rows import cut, row
+from sim.floorplans.rows import cut_widths, draw_row
 from sim.floorplans.shapes import rectangle
 from sim.floorplans.spec import WorldSpec, require_count
 
@@ -18,7 +18,7 @@ Box = tuple[float, float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Loop(WorldSpec):
-    """A corridor around a core: rooms on two to four sides outside, some within.
+    """Ring corridor around a core: rooms on two to four sides outside, some within.
 
     Parameters
     ----------
@@ -85,13 +85,13 @@ class Loop(WorldSpec):
         counts = self._shares(spans)
         for side, count in counts.items():
             start, end, depth, reach = corners[side]
-            cuts = cut(pen.rng, *reach, count, self.narrowest_m)
+            cuts = cut_widths(pen.rng, *reach, count, self.narrowest_m)
             cuts[0], cuts[-1] = 0.0, np.hypot(end[0] - start[0], end[1] - start[1])
             names = [f"{side} {k + 1}" for k in range(count)]
-            row(pen, np.array(start), np.array(end), depth, cuts, names, f"corridor {side}", reach=reach)
+            draw_row(pen, np.array(start), np.array(end), depth, cuts, names, f"corridor {side}", reach=reach)
 
     def _shares(self, spans: dict[str, float]) -> dict[str, int]:
-        """How many rooms lie on each side: one at least, more where there is more wall."""
+        """Return the number of rooms on each side: at least one, more where there is more wall."""
         counts = dict.fromkeys(spans, 1)
         if len(counts) > self.rooms:
             raise SimulationError(f"{self.rooms} rooms cannot lie on {len(counts)} sides")
@@ -105,7 +105,7 @@ class Loop(WorldSpec):
     def _inside(self, pen: Pen, core: Box) -> None:
         """Draw the core's rooms side by side, each with a door to the south or to the north."""
         left, low, right, high = core
-        cuts = cut(pen.rng, left, right, max(1, self.core), self.narrowest_m)
+        cuts = cut_widths(pen.rng, left, right, max(1, self.core), self.narrowest_m)
         edge = pen.inner_m / 2  # closes the core's corners
         gaps: dict[str, list[tuple[float, float, str]]] = {"south": [], "north": []}
         for k in range(self.core):

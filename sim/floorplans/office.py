@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sim.floorplans.drafting import JAMB_M, Gap, Pen
-from sim.floorplans.rows import cut, partition
+from sim.floorplans.rows import cut_widths, draw_partition
 from sim.floorplans.shapes import Points
 from sim.floorplans.spec import WorldSpec, require_count, require_share
 
@@ -16,12 +16,12 @@ Corner = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Office(WorldSpec):
-    """Rooms on both sides of a corridor, doors between some, a back room, some oblique walls.
+    """Office rooms on both sides of a corridor, doors between some, a back room, some oblique walls.
 
     Parameters
     ----------
     rooms
-        Number of rooms beside the corridor, 6 to 12.
+        Number of rooms along the corridor, 6 to 12.
     oblique
         Probability that the building has walls that are not at right angles.
     """
@@ -37,7 +37,7 @@ class Office(WorldSpec):
         self.require_room(self.band_m(self.rooms), 2 * self.narrowest_m + 2.8, f"{self.rooms} rooms beside a corridor")
 
     def band_m(self, rooms: int) -> float:
-        """Metres that the longer of two bands needs for its rooms."""
+        """Return the length in metres that the longer of two bands needs for its rooms."""
         return round(0.58 * rooms) * (self.narrowest_m + 0.1)
 
     def draw(self, pen: Pen) -> None:
@@ -60,7 +60,7 @@ class Office(WorldSpec):
 
 
 class _Bands:
-    """Draws the rooms beside the corridor of one office."""
+    """Bands of rooms on both sides of the corridor of one office."""
 
     def __init__(self, pen: Pen, narrowest_m: float, *, is_oblique: bool) -> None:
         self.pen, self.rng, self.narrowest_m, self.is_oblique = pen, pen.rng, narrowest_m, is_oblique
@@ -70,7 +70,7 @@ class _Bands:
         rng, (near, far) = self.rng, depth
         has_back = count >= 3 and abs(far - near) > 2 * self.narrowest_m and rng.random() < 0.6
         slots = count - 1 if has_back else count
-        at_near = cut(rng, *span, slots, self.narrowest_m)
+        at_near = cut_widths(rng, *span, slots, self.narrowest_m)
         at_far = at_near + self._slants(at_near)
         names = [f"{side} {k + 1}" for k in range(slots)]
         back = int(rng.integers(slots)) if has_back else -1
@@ -85,12 +85,12 @@ class _Bands:
             self.pen.wall(corners[:2], gaps)
         for k in range(1, slots):
             ends = np.array([at_near[k], near]), np.array([at_far[k], far])
-            partition(self.pen, *ends, names[k - 1], names[k], may_have_door=back not in (k - 1, k))
+            draw_partition(self.pen, *ends, names[k - 1], names[k], may_have_door=back not in (k - 1, k))
         if self.is_oblique and rng.random() < 0.7 and slots - 1 != back:
             self._chamfer(span[0] if rng.random() < 0.5 and back != 0 else span[1], far, near)
 
     def _slants(self, cuts: Points) -> Points:
-        """How far each partition leans along the corridor; the ends stand upright."""
+        """Return the lean of each partition along the corridor; the ends stand upright."""
         lean = np.zeros(len(cuts))
         if self.is_oblique and len(cuts) > 2:
             k = int(self.rng.integers(1, len(cuts) - 1))
@@ -99,7 +99,7 @@ class _Bands:
         return lean
 
     def _entrance(self, name: str, wide: float, *, is_lobby: bool) -> list[Gap]:
-        """Choose where a room opens to the corridor: a door; a lobby opens all the way."""
+        """Choose the opening of a room to the corridor: a door, or the whole width for a lobby."""
         if is_lobby:
             return [Gap(0.3, wide - 0.3, name, "corridor", is_door=False)]
         return self.pen.door(0.0, wide, name, "corridor")

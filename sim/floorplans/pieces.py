@@ -1,4 +1,4 @@
-"""Pieces of furniture as carpenters make them: what stands on the floor, what hangs between legs, and how high."""
+"""Pieces of furniture: parts on the floor and between legs, with their heights."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SEAT_M, TABLE_M = 0.45, 0.75
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
-    """A piece in a frame of its own: its parts, and its convex outline (N, 2), whose back lies on y = 0."""
+    """Model of a piece in its own frame: its parts, and its convex outline (N, 2), whose back lies on y = 0."""
 
     parts: tuple[Prism, ...]
     outline: Points
@@ -30,7 +30,7 @@ class Model:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:
-    """A piece in a room: what it is in a frame of its own, and as it stands in the building."""
+    """Piece of furniture in a room: its model, and the same in the frame of the building."""
 
     room: str
     model: Model
@@ -38,18 +38,18 @@ class Piece:
 
 
 def cupboard(rng: np.random.Generator) -> Model:
-    """A cupboard, shelf or sideboard that stands on the floor."""
+    """Make a cupboard, shelf or sideboard that stands on the floor."""
     return block(rng.uniform(0.7, 2.0), rng.uniform(0.35, 0.65), float(rng.choice([0.75, 1.2, 1.9])))
 
 
 def block(wide: float, deep: float, top: float, bottom: float = 0.0) -> Model:
-    """A box."""
+    """Make a box."""
     outline = rectangle(0.0, 0.0, wide, deep)
     return Model((Prism(outline, top, bottom),), outline)
 
 
 def sofa(rng: np.random.Generator) -> Model:
-    """A sofa, a hand above the floor, with arms."""
+    """Make a sofa with arms, 0.1 m above the floor."""
     wide, deep = rng.uniform(1.3, 2.2), rng.uniform(0.8, 0.95)
     parts = [(0.0, 0.0, wide, 0.2, 0.8), (0.0, 0.0, 0.18, deep, 0.6), (wide - 0.18, 0.0, wide, deep, 0.6)]
     seat = Prism(rectangle(0.18, 0.2, wide - 0.18, deep), SEAT_M, 0.1)
@@ -57,13 +57,13 @@ def sofa(rng: np.random.Generator) -> Model:
 
 
 def bed(wide: float = 0.95, long: float = 2.05) -> Model:
-    """A bed on legs, its head at the wall."""
+    """Make a bed on legs, its head at the wall."""
     mattress = Prism(rectangle(0.0, 0.0, wide, long), 0.55, 0.22)
     return Model((mattress, *_legs(mattress.outline, 0.6)), rectangle(0.0, 0.0, wide, long))
 
 
 def desk(rng: np.random.Generator) -> Model:
-    """A desk between side panels, with a chair before it."""
+    """Make a desk between side panels, with a chair before it."""
     wide, deep = rng.uniform(1.1, 1.7), rng.uniform(0.6, 0.8)
     panels = [rectangle(0.0, 0.0, 0.04, deep), rectangle(wide - rng.uniform(0.04, 0.45), 0.0, wide, deep)]
     top = Prism(rectangle(0.0, 0.0, wide, deep), TABLE_M, TABLE_M - BOARD_M)
@@ -73,7 +73,7 @@ def desk(rng: np.random.Generator) -> Model:
 
 
 def table(rng: np.random.Generator) -> Model:
-    """A table on four thin legs with chairs along its sides."""
+    """Make a table on four thin legs with chairs along its sides."""
     wide, deep = rng.uniform(1.1, 2.0), rng.uniform(0.7, 0.95)
     edge = rectangle(0.0, 0.35, wide, 0.35 + deep)
     top = Prism(edge, TABLE_M, TABLE_M - BOARD_M)
@@ -86,7 +86,7 @@ def table(rng: np.random.Generator) -> Model:
 
 
 def round_table(rng: np.random.Generator) -> Model:
-    """A round table on a column."""
+    """Make a round table on a column."""
     radius = rng.uniform(0.35, 0.6)
     middle = np.array([radius, radius])
     column = Prism(disc(middle, 0.09, 6), TABLE_M - BOARD_M)
@@ -94,12 +94,12 @@ def round_table(rng: np.random.Generator) -> Model:
 
 
 def island(rng: np.random.Generator) -> Model:
-    """A counter, a copier, a plant box: free-standing and solid."""
+    """Make a free-standing solid box: a counter, a copier or a plant box."""
     return block(rng.uniform(0.6, 1.8), rng.uniform(0.5, 1.0), float(rng.uniform(0.75, 1.2)))
 
 
 def chair(middle: Points, turn: float) -> tuple[Prism, ...]:
-    """A chair on four legs, as loose parts: the middle (2,) of its seat, and how it is turned, radians."""
+    """Make the parts of a chair on four legs, from the middle (2,) of its seat and its heading in radians."""
     along = np.array([np.cos(turn), np.sin(turn)])
     seat = Prism(rectangle(-0.2, -0.2, 0.2, 0.2), SEAT_M, SEAT_M - BOARD_M)
     loose = Model((seat, *_legs(seat.outline, SEAT_M - BOARD_M)), seat.outline)

@@ -1,4 +1,4 @@
-"""The paper's simple environment: a few spaces among triangles and trapezoids, behind oblique walls."""
+"""Simple environment of the paper: a few spaces among triangles and trapezoids, behind oblique walls."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ OUTLINES = ("cut", "irregular", "trapezoid", "rectangle", "u")
 
 @dataclass(frozen=True, kw_only=True)
 class Polygonal(WorldSpec):
-    """A few rooms among triangles, trapezoids and oblique walls, as in the paper's simple environment.
+    """Polygonal rooms: triangles, trapezoids and oblique walls, as in the simple environment of the paper.
 
-    Unless its outline is said, two outer walls are parallel and one room is a triangle or a trapezoid, whatever is
-    drawn: the conditions of the paper's conclusion.
+    Unless an outline is given, two outer walls are parallel and one room is a triangle or a trapezoid: the conditions
+    of the conclusion of the paper.
 
     Parameters
     ----------
     rooms
-        Number of rooms, 3 to 9; 1 to 9 where the outline is said, and 1 in a "u".
+        Number of rooms, 3 to 9; 1 to 9 where the outline is given, and 1 in a "u".
     oblique
-        Share of the inner walls that are not at right angles to the longest wall of the room they part.
+        Share of the inner walls that are not at right angles to the longest wall of the room that they divide.
     outline
         "cut": a rectangle with one or two corners cut off, and a room that is a triangle. A quadrilateral without
         either: "irregular", where no two outer walls are parallel; "trapezoid", where two are, the longest;
@@ -122,7 +122,7 @@ class Polygonal(WorldSpec):
 
     @staticmethod
     def _without_corner(outline: Points, corner: Points, legs: Points) -> tuple[Points, Points, Points]:
-        """Cut a corner off; returns the rest, the triangle, and the line between them."""
+        """Cut a corner off and return the rest, the triangle, and the line between them."""
         towards = np.sign(outline.mean(axis=0) - corner)
         p, q = corner + np.diag(towards * legs)
         direction = (q - p) / np.hypot(*(q - p))

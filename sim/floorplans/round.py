@@ -19,7 +19,7 @@ INNER_SHARE = 0.45  # of the radius, the rotunda's
 
 @dataclass(frozen=True, kw_only=True)
 class Round(WorldSpec):
-    """A round or oval building: a rotunda, and rooms like slices around it.
+    """Round or oval building: a rotunda, and rooms like slices around it.
 
     Parameters
     ----------
@@ -71,13 +71,13 @@ class Round(WorldSpec):
             pen.block(disc(middle, rng.uniform(0.5, 0.9), 12), 1.1, is_wall=False)
 
     def _front(self, pen: Pen, arc: Points, name: str, *, is_lobby: bool) -> None:
-        """Draw a room's curved wall to the rotunda."""
+        """Draw the curved wall between a room and the rotunda."""
         length = float(np.hypot(*np.diff(arc, axis=0).T).sum())
         opening = [Gap(0.3, length - 0.3, name, "rotunda", is_door=False)]
         pen.wall(arc, opening if is_lobby else pen.door(0.0, length, name, "rotunda"))
 
     def _wedges(self, pen: Pen, arc: Points, tangent: Points) -> None:
-        """Pave what lies between the rotunda's curved wall and the straight near side of a room's outline."""
+        """Pave the floor between the curved wall of the rotunda and the straight near side of the outline of a room."""
         for k in range(len(arc) - 1):
             corners = np.stack([arc[k], tangent[k], tangent[k + 1], arc[k + 1]])
             pen.pave(
@@ -93,5 +93,5 @@ class Round(WorldSpec):
 
 
 def _arc(start: float, end: float) -> Points:
-    """Angles along a slice, with one in the middle."""
+    """Return angles along a slice, with one in the middle."""
     return np.linspace(start, end, 2 * max(2, round(SIDES * (end - start) / (2 * math.tau))) + 1)

@@ -1,4 +1,4 @@
-"""A row of rooms beside a corridor."""
+"""Rows of rooms along a corridor."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from sim.floorplans.shapes import Points
 THROUGH = 0.25  # share of the neighbours that a door joins
 
 
-def cut(rng: np.random.Generator, low: float, high: float, count: int, narrowest: float) -> Points:
-    """Cut a span into rooms of unequal width; returns the count + 1 ends."""
+def cut_widths(rng: np.random.Generator, low: float, high: float, count: int, narrowest: float) -> Points:
+    """Cut a span into rooms of unequal width and return the count + 1 ends."""
     spare = max(0.0, high - low - count * narrowest)
     widths = narrowest + spare * rng.dirichlet(np.full(count, 3.0))
     return np.linspace(low, high, count + 1) if spare == 0.0 else low + np.concatenate([[0.0], np.cumsum(widths)])
 
 
-def row(
+def draw_row(
     pen: Pen,
     start: Points,
     end: Points,
@@ -31,7 +31,7 @@ def row(
     reach: tuple[float, float] | None = None,
     doors: Sequence[Gap] = (),
 ) -> None:
-    """Draw rooms side by side, to the left of a wall from start to end that parts them from a corridor.
+    """Draw rooms side by side, to the left of a wall from start to end that divides them from a corridor.
 
     Parameters
     ----------
@@ -40,18 +40,17 @@ def row(
     start, end
         Ends (2,) of the corridor's wall.
     depth
-        Of the rooms, metres.
+        Depth of the rooms, metres.
     cuts
-        Where each room begins and the last ends, metres along the wall, which may end before or begin after them.
+        Starts of the rooms and the end of the last, metres along the wall, which may be shorter than the row.
     names
-        Of the rooms, one fewer than cuts.
+        Names of the rooms, one fewer than cuts.
     corridor
-        What the rooms open to.
+        Name of the corridor.
     reach
-        The stretch of wall that the corridor lies beside, if not all of it.
+        Stretch of the wall along the corridor, if not all of it.
     doors
-        One for each room, counted from where the room begins, if they are not to be drawn at random; then there are
-        none between rooms.
+        One for each room, in metres from its start, instead of random ones; then there are none between rooms.
     """
     along = (end - start) / np.hypot(*(end - start))
     inward = np.array([-along[1], along[0]]) * depth
@@ -61,14 +60,14 @@ def row(
     for k, name in enumerate(names):
         pen.room(name, [near[k], near[k + 1], far[k + 1], far[k]])
         begin = float(cuts[k])
-        beside = max(begin, low) - begin, min(float(cuts[k + 1]), high) - begin
-        pen.wall([near[k], near[k + 1]], [doors[k]] if doors else pen.door(*beside, name, corridor))
+        stretch = max(begin, low) - begin, min(float(cuts[k + 1]), high) - begin
+        pen.wall([near[k], near[k + 1]], [doors[k]] if doors else pen.door(*stretch, name, corridor))
     for k in range(1, len(names)):
-        partition(pen, near[k], far[k], names[k - 1], names[k], may_have_door=not doors)
+        draw_partition(pen, near[k], far[k], names[k - 1], names[k], may_have_door=not doors)
 
 
-def partition(pen: Pen, near: Points, far: Points, one: str, other: str, *, may_have_door: bool) -> None:
+def draw_partition(pen: Pen, near: Points, far: Points, first: str, second: str, *, may_have_door: bool) -> None:
     """Draw the wall between two neighbours, with a door in one of four."""
     has_door = may_have_door and pen.rng.random() < THROUGH
     length = float(np.hypot(*(far - near)))
-    pen.wall([near, far], pen.door(0.5, length - 0.5, one, other, is_needed=False) if has_door else [])
+    pen.wall([near, far], pen.door(0.5, length - 0.5, first, second, is_needed=False) if has_door else [])

@@ -1,4 +1,4 @@
-"""Outlines as arrays of corners: rectangles, discs, and how to move their sides."""
+"""Outlines as arrays of corners: rectangles, discs, and offsets of their sides."""
 
 from __future__ import annotations
 

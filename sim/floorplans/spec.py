@@ -1,4 +1,4 @@
-"""What building to make: the knobs that every family of buildings has."""
+"""Settings of a building: the parameters that every family has."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NARROWEST_ROOM_M = 2.4
 
 @dataclass(frozen=True, kw_only=True)  # without slots, so that `Office.family` is the name
 class WorldSpec(ABC):
-    """What building to make; each family adds knobs of its own.
+    """Settings of a building; each family adds parameters of its own.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class WorldSpec(ABC):
         Least and greatest width of doors, within 0.7 to 2.4 m; drawn for every door. A robot gets through less than
         0.8 m only where the wall runs along the axes.
     yaw_deg
-        How far the building is turned, counter-clockwise; "random" draws it from the whole circle.
+        Heading of the building, degrees counter-clockwise; "random" draws it from the whole circle.
     glass
         Share of the inner partitions that are glass.
     shut
@@ -71,7 +71,7 @@ class WorldSpec(ABC):
 
     @abstractmethod
     def check(self) -> None:
-        """Refuse values of the family's own knobs, and rooms that do not fit."""
+        """Refuse values of the parameters of the family, and rooms that do not fit."""
 
     @abstractmethod
     def draw(self, pen: Pen) -> None:
@@ -80,17 +80,17 @@ class WorldSpec(ABC):
         Raises
         ------
         SimulationError
-            If this draft came to nothing; another may not.
+            If this draft fails; another may succeed.
         """
 
     @property
     def narrowest_m(self) -> float:
-        """The least width of a room, between the middles of its walls."""
+        """Least width of a room, between the middles of its walls."""
         return max(NARROWEST_ROOM_M, self.door_m[0] + 2 * JAMB_M + self.wall_m[1])
 
     @property
     def inside_m(self) -> tuple[float, float]:
-        """What the thickest outer walls leave of the size, from the middle of a wall to the middle of a wall."""
+        """Size between the middles of the outer walls, where these are thickest."""
         return self.size_m[0] - 3 * self.wall_m[1], self.size_m[1] - 3 * self.wall_m[1]
 
     def require_room(self, along: float, across: float, what: str) -> None:
@@ -101,13 +101,13 @@ class WorldSpec(ABC):
 
 
 def require_share(name: str, value: float) -> None:
-    """Refuse what is not within 0 to 1."""
+    """Refuse a number that is not within 0 to 1."""
     if not 0 <= value <= 1:
         raise InputError(f"{name} must be a share from 0 to 1, got {value}")
 
 
 def require_range(name: str, value: Sequence[float], least: float, most: float) -> None:
-    """Refuse what is not two ascending numbers within bounds."""
+    """Refuse values that are not two ascending numbers within bounds."""
     if not (len(value) == 2 and least <= value[0] <= value[1] <= most):
         raise InputError(f"{name} must be two ascending numbers within {least} to {most} m, got {list(value)}")
 

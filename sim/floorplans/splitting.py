@@ -1,4 +1,4 @@
-"""A floor split into convex rooms, again and again, and doors that make all of them reachable."""
+"""Floors split into convex rooms, recursively, and doors that make all of them reachable."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from sim.floorplans.shapes import Points
 
 TRIES = 30
 LEAN_RAD = (0.2, 0.6)  # off the right angle, of oblique lines
-MORE_DOORS = 0.25  # share of the neighbours joined by a door that nobody needs
+MORE_DOORS = 0.25  # share of the neighbours joined by a further door
 
 
 @dataclass(slots=True, eq=False)
 class Split:
-    """Convex pieces of a floor, each (N, 2) counter-clockwise, and the lines (2, 2) along which it was split."""
+    """Split of a floor: convex pieces, each (N, 2) counter-clockwise, and the lines (2, 2) between them."""
 
     pieces: list[Points]
     lines: list[Points]
@@ -31,13 +31,13 @@ def split(floor: Split, count: int, narrowest: float, rng: np.random.Generator, 
     Parameters
     ----------
     floor
-        What to split, in place.
+        Floor to split, in place.
     count
-        How many pieces to make.
+        Number of pieces.
     narrowest
         The least width of a piece in any direction, metres.
     rng
-        Where to split.
+        Source of the lines.
     oblique
         Share of the lines that are not at right angles to the longest side of the piece they split.
 
@@ -51,8 +51,8 @@ def split(floor: Split, count: int, narrowest: float, rng: np.random.Generator, 
         for k in order:
             halves = _halves(floor.pieces[k], narrowest, rng, is_oblique=bool(rng.random() < oblique))
             if halves:
-                one, other, line = halves
-                floor.pieces[k : k + 1] = [one, other]
+                first, second, line = halves
+                floor.pieces[k : k + 1] = [first, second]
                 floor.lines.append(line)
                 break
         else:
@@ -108,13 +108,13 @@ def cut_convex(piece: Points, direction: Points, at: float) -> tuple[Points, Poi
 
 
 def area(piece: Points) -> float:
-    """Area of a counter-clockwise outline (N, 2)."""
+    """Return the area of a counter-clockwise outline (N, 2)."""
     x, y = piece.T
     return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
 
 
 def width(piece: Points) -> float:
-    """The least distance between two parallels that hold a convex outline (N, 2) between them."""
+    """Return the least distance between two parallels around a convex outline (N, 2)."""
     edges = np.roll(piece, -1, axis=0) - piece
     inward = np.stack([-edges[:, 1], edges[:, 0]], axis=-1) / np.hypot(*edges.T)[:, None]
     heights = inward @ piece.T - np.sum(inward * piece, axis=1)[:, None]  # (N, N)
@@ -123,13 +123,13 @@ def width(piece: Points) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Border:
-    """Where two pieces lie on both sides of a line, from `low` to `high` metres along it."""
+    """Border of two pieces on both sides of a line, from `low` to `high` metres along it."""
 
     line: int
     low: float
     high: float
-    one: int
-    other: int
+    first: int
+    second: int
 
 
 def draw_split(pen: Pen, floor: Split, names: Sequence[str], hub: int = 0) -> None:
@@ -148,15 +148,15 @@ def draw_split(pen: Pen, floor: Split, names: Sequence[str], hub: int = 0) -> No
     borders = [
         border for k in range(len(floor.lines)) for border in _borders(floor, k) if border.high - border.low >= needed
     ]
-    order = sorted(pen.rng.permutation(len(borders)), key=lambda k: hub not in (borders[k].one, borders[k].other))
+    order = sorted(pen.rng.permutation(len(borders)), key=lambda k: hub not in (borders[k].first, borders[k].second))
     group = np.arange(len(names))
     gaps: list[list[Gap]] = [[] for _ in floor.lines]
     for k in order:
         border = borders[k]
-        is_needed = group[border.one] != group[border.other]
+        is_needed = group[border.first] != group[border.second]
         if is_needed or pen.rng.random() < MORE_DOORS:
-            gaps[border.line] += pen.door(border.low, border.high, names[border.one], names[border.other])
-            group[group == group[border.other]] = group[border.one]
+            gaps[border.line] += pen.door(border.low, border.high, names[border.first], names[border.second])
+            group[group == group[border.second]] = group[border.first]
     if (group != group[0]).any():
         raise SimulationError("a room of this draft has no wall for a door")
     for line, chosen in zip(floor.lines, gaps, strict=True):
@@ -164,7 +164,7 @@ def draw_split(pen: Pen, floor: Split, names: Sequence[str], hub: int = 0) -> No
 
 
 def _borders(floor: Split, k: int) -> list[_Border]:
-    """The pieces that face each other across a line."""
+    """Return the borders of pieces that face each other across a line."""
     start, end = floor.lines[k]
     along = (end - start) / np.hypot(*(end - start))
     sides: tuple[list[tuple[int, float, float]], list[tuple[int, float, float]]] = ([], [])
@@ -176,8 +176,8 @@ def _borders(floor: Split, k: int) -> list[_Border]:
             sides[int(away.sum() > 0)].append((j, float(ways.min()), float(ways.max())))
     length = float(np.hypot(*(end - start)))
     return [
-        _Border(k, max(lo, low, 0.0), min(hi, high, length), one, other)
-        for one, lo, hi in sides[0]
-        for other, low, high in sides[1]
+        _Border(k, max(lo, low, 0.0), min(hi, high, length), first, second)
+        for first, lo, hi in sides[0]
+        for second, low, high in sides[1]
         if min(hi, high, length) > max(lo, low, 0.0)
     ]

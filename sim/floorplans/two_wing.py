@@ -1,4 +1,4 @@
-"""Two wings that meet at an odd angle in a joint hall, so that the building has two dominant orientations."""
+"""Buildings of two wings that meet at an odd angle in a joint hall, with two dominant orientations."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from rectmerge.errors import InputError, SimulationError
 from sim.floorplans.drafting import Gap, Pen
-from sim.floorplans.rows import cut, row
+from sim.floorplans.rows import cut_widths, draw_row
 from sim.floorplans.shapes import Points
 from sim.floorplans.spec import WorldSpec, require_count
 
@@ -52,13 +52,13 @@ class TwoWing(WorldSpec):
 
     @staticmethod
     def _lengths(angle: float, depth: float, size: tuple[float, float]) -> tuple[float, float]:
-        """How long the wings may be within a size, about equally if possible."""
+        """Return the lengths of the wings that fit into a size, about equal if possible."""
         room = size[0] - depth * math.sin(angle)
         second = min(room / (1 + math.cos(angle)), (size[1] - depth) / math.sin(angle))
         return room - second * math.cos(angle), second
 
     def _fits(self, lengths: tuple[float, float]) -> bool:
-        """Tell whether the rooms fit beside the corridors of the wings."""
+        """Return whether the rooms fit along the corridors of the wings."""
         most = [math.floor(length / self.narrowest_m) for length in lengths]
         return min(most) >= 1 and 2 * sum(most) >= self.rooms
 
@@ -83,7 +83,7 @@ class TwoWing(WorldSpec):
         self._wing(pen, "east", foot, along, (lengths[1], depth), counts[2:])
 
     def _counts(self, lengths: tuple[float, float]) -> list[int]:
-        """How many rooms lie on each side of each wing."""
+        """Return the number of rooms on each side of each wing."""
         counts = [1, 1, 1, 1]
         for _ in range(self.rooms - 4):
             k = max(range(4), key=lambda k: lengths[k // 2] / (counts[k] + 1))
@@ -108,7 +108,7 @@ class TwoWing(WorldSpec):
             ("left", (corridor[3], corridor[2]), depth - near - wide, counts[0]),
             ("right", (corridor[1], corridor[0]), near, counts[1]),
         ):
-            cuts = cut(rng, 0.0, length, count, self.narrowest_m)
-            row(pen, start, end, deep, cuts, [f"{name} {side} {k + 1}" for k in range(count)], f"{name} corridor")
+            cuts = cut_widths(rng, 0.0, length, count, self.narrowest_m)
+            draw_row(pen, start, end, deep, cuts, [f"{name} {side} {k + 1}" for k in range(count)], f"{name} corridor")
         gap = Gap(near + pen.inner_m / 2, near + wide - pen.inner_m / 2, f"{name} corridor", "joint", is_door=False)
         pen.wall([origin, origin + aside * depth], [gap])

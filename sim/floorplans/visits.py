@@ -1,4 +1,4 @@
-"""What differs between the visits of the two robots, and which doors are shut."""
+"""Differences between the visits of the two robots: changed furniture and shut doors."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ LEAF_M = 0.06
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Furniture:
-    """What stands in the building during both visits, and during one of them only."""
+    """Furniture of a building: the pieces of both visits, and those of one visit only."""
 
     always: tuple[Piece, ...]
     once: tuple[tuple[Piece, ...], tuple[Piece, ...]] = ((), ())
 
     def thinned(self, rooms: Iterable[str]) -> Furniture:
-        """Leave two of three pieces of some rooms, and none where there was one."""
+        """Remove every third piece of some rooms, and the only piece where there is one."""
         chosen = set(rooms)
         return Furniture(
             _thinned(self.always, chosen), (_thinned(self.once[0], chosen), _thinned(self.once[1], chosen))
         )
 
     def stands_in(self, room: str) -> bool:
-        """Tell whether there is anything in a room."""
+        """Return whether there is any furniture in a room."""
         return any(piece.room == room for group in (self.always, *self.once) for piece in group)
 
 
-def change(
-    pieces: Sequence[Piece], share: float, another: Callable[[Piece], Piece | None], rng: np.random.Generator
+def change_furniture(
+    pieces: Sequence[Piece], share: float, find_another_place: Callable[[Piece], Piece | None], rng: np.random.Generator
 ) -> Furniture:
     """Move, remove or add a share of the pieces between the visits.
 
@@ -43,18 +43,18 @@ def change(
     pieces
         All pieces.
     share
-        Of them that change.
-    another
-        Finds another place for a piece, or none.
+        Share of the pieces that change.
+    find_another_place
+        Finds another place for a piece, or None.
     rng
-        Which pieces change, and how.
+        Source of the choice of pieces and of their changes.
     """
     chosen = set(rng.permutation(len(pieces))[: round(share * len(pieces))].tolist())
     only: tuple[list[Piece], list[Piece]] = ([], [])
     for k in sorted(chosen):
         visit = int(rng.integers(2))
         only[visit].append(pieces[k])
-        moved = another(pieces[k]) if rng.random() < 0.5 else None
+        moved = find_another_place(pieces[k]) if rng.random() < 0.5 else None
         if moved:
             only[1 - visit].append(moved)
     always = tuple(piece for k, piece in enumerate(pieces) if k not in chosen)
@@ -63,22 +63,22 @@ def change(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Leaves:
-    """The doors of a building, and the leaves of those that are shut: always, or during one visit only."""
+    """Leaves of the shut doors of a building, always or during one visit only, and all its doors."""
 
     doors: tuple[Door, ...]
     always: tuple[Prism, ...]
     once: tuple[tuple[Prism, ...], tuple[Prism, ...]]
 
 
-def shut(pen: Pen, share: float, *, may_differ: bool) -> Leaves:
-    """Shut a share of the doors, none without which a room would be cut off.
+def shut_doors(pen: Pen, share: float, *, may_differ: bool) -> Leaves:
+    """Shut a share of the doors, but none that a room needs to be reachable.
 
     Parameters
     ----------
     pen
-        The plan that was drawn.
+        The plan.
     share
-        Of its doors.
+        Share of its doors.
     may_differ
         Whether some are shut during one visit only.
     """
@@ -92,17 +92,17 @@ def shut(pen: Pen, share: float, *, may_differ: bool) -> Leaves:
         left.remove(doors[k].joins)
         if wanted == len(always) + len(once[0]) + len(once[1]):
             break
-        if _hangs_together([room.name for room in pen.rooms], left):
+        if _is_connected([room.name for room in pen.rooms], left):
             open_ways, doors[k] = left, replace(doors[k], is_open=False)
             leaf = Prism(bar(doors[k].ends[0], doors[k].ends[1], LEAF_M), HEIGHT_M)
             (once[int(rng.integers(2))] if may_differ and rng.random() < 0.5 else always).append(leaf)
     return Leaves(tuple(doors), tuple(always), (tuple(once[0]), tuple(once[1])))
 
 
-def _hangs_together(names: Sequence[str], ways: Sequence[tuple[str, str]]) -> bool:
+def _is_connected(names: Sequence[str], ways: Sequence[tuple[str, str]]) -> bool:
     group = {name: name for name in names}
-    for one, other in ways:
-        old, new = group[other], group[one]
+    for first, second in ways:
+        old, new = group[second], group[first]
         group = {name: new if at == old else at for name, at in group.items()}
     return len(set(group.values())) == 1
 

@@ -19,7 +19,7 @@ LOADING_M, CROSS_M, OFFICE_M = 5.0, 2.2, 3.6
 
 @dataclass(frozen=True, kw_only=True)
 class Warehouse(WorldSpec):
-    """Rows of racks with pallets along aisles, a loading zone and a small office.
+    """Racks with pallets along aisles, a loading zone and a small office.
 
     The pallets are furniture: a share of them changes between the visits.
 
@@ -76,7 +76,7 @@ class Warehouse(WorldSpec):
                 self._rack(pen, end + RACK_M + BACK_M, (start, stop))
 
     def _rack(self, pen: Pen, low: float, span: tuple[float, float]) -> None:
-        """Stand a rack's uprights, and pallets in some of its places, two to a bay."""
+        """Add the uprights of a rack, and pallets in some of its places, two to a bay."""
         rng, bays = pen.rng, round((span[1] - span[0]) / BAY_M)
         for x in span[0] + BAY_M * np.arange(bays + 1) - POST_M / 2:
             for y in (low, low + RACK_M - POST_M):

@@ -1,4 +1,4 @@
-"""What others recorded or drew: worlds from ROS maps, images, floor plans and HouseExpo's plans, and CARMEN logs."""
+"""Importers of foreign data: worlds from ROS maps, images, floor plans and HouseExpo plans, and CARMEN logs."""
 
 from sim.importers.carmen import CarmenLog, read_carmen
 from sim.importers.world_file import import_world

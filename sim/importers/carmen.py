@@ -15,36 +15,36 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.io.image_file import require_file
-from sim.importers.carmen_lines import FLASER, ROBOTLASER, Laser, finite, require_words, scan_of
-from sim.slam.odometry import between, compose, wrapped
+from sim.importers.carmen_lines import FLASER, ROBOTLASER, Laser, parse_finite, parse_scan, require_words
+from sim.slam.poses import compose_poses, relative_poses, wrap_angles
 
 STEPS_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 400: 0.25, 401: 0.25, 540: 0.5, 541: 0.5}  # by readings
-FARTHEST_READING_M, NEAR_FARTHEST_M = 80.0, 0.01  # from there on a SICK reports error codes
+FARTHEST_READING_M, NEAR_FARTHEST_M = 80.0, 0.01  # larger readings of a SICK are error codes
 REACH_M = 30.0
 MOST_LINE_BYTES, MOST_READINGS = 1_000_000, 50_000_000
 CORRECTED_M, CORRECTED_RAD, CORRECTED_SHARE = 0.02, 0.01, 0.05
-MOVED = 1e-6  # by less, poses tell nothing
+MOVED = 1e-6  # smaller movements are none
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CarmenLog:
-    """What a log tells of one laser; S scans of B beams.
+    """Log of one laser: S scans of B beams.
 
     Parameters
     ----------
     times
         IPC timestamps, shape (S,), seconds.
     odometry
-        Where the wheels say that the laser was, (x, y, yaw), shape (S, 3), metres and radians.
+        Poses of the laser by the wheels, (x, y, yaw), shape (S, 3), metres and radians.
     poses
-        Its corrected poses, shape (S, 3); None where the log has none.
+        Corrected poses of the laser, shape (S, 3); None where the log has none.
     angles
         Directions of the beams from the laser's heading, shape (B,), radians.
     ranges
         Shape (S, B), metres: inf where the beam met nothing nearer than `max_range_m`, nan where there is no reading.
     max_range_m
-        How far readings are believed.
+        Range up to which readings are used.
     """
 
     times: Array
@@ -63,9 +63,9 @@ def read_carmen(path: str | os.PathLike[str], *, every: int = 1, reach_m: float 
     path
         The log.
     every
-        Keep every so many-th scan only.
+        Keep one scan in so many.
     reach_m
-        Readings beyond are believed to say no more than that nothing is nearer.
+        Larger readings count as free space up to this range.
 
     Raises
     ------
@@ -82,11 +82,11 @@ def read_carmen(path: str | os.PathLike[str], *, every: int = 1, reach_m: float 
         ODOM x y theta tv rv accel TAIL
 
     where TAIL is ``ipc_timestamp host logger_timestamp``, of which host and logger's timestamp may be missing. Older
-    logs have ROBOTLASER1 without ``m [m remissions]``. Of FLASER and ROBOTLASER1, which may both tell of one laser,
-    the kind that comes first is read. All other messages are left aside, and a last line that is cut off.
+    logs have ROBOTLASER1 without ``m [m remissions]``. Of FLASER and ROBOTLASER1, which may both report one laser,
+    the kind that comes first is read. All other messages are skipped, and so is a last line that is cut off.
 
-    FLASER tells no directions: 180 or 181 readings are a degree apart, 360, 361, 540 or 541 half a degree, 400 or 401
-    a quarter, the middle one looking ahead, or where their number is even the one after the middle: the last beam is
+    FLASER has no directions: 180 or 181 readings are a degree apart, 360, 361, 540 or 541 half a degree, 400 or 401
+    a quarter, the middle one straight ahead, or the one after the middle where their number is even: the last beam is
     left out. The number and the first of the beams are from CARMEN's readlog.c, 540 and 541 from GMapping's Carmen
     configuration. Any other number is as far apart as ``PARAM laser_front_laser_resolution`` says, in degrees, or
     spread over ``PARAM laser_front_laser_fov``, or over 180 degrees as in readlog.c. That the fov is in degrees is from
@@ -99,8 +99,8 @@ def read_carmen(path: str | os.PathLike[str], *, every: int = 1, reach_m: float 
 
     In a raw log the laser's pose and the robot's are one rigid motion apart; then there is no correction, and the
     laser's is the odometry. Where they are not, by more than 2 cm or 0.01 rad in more than a twentieth of the scans,
-    the laser's pose is the corrected one. Where scans tell no odometry of their own, always the same pose, it is taken
-    from ODOM, between the two lines around a scan's time. Such odometry, and that of a corrected log, is the robot's,
+    the laser's pose is the corrected one. Where scans have no odometry of their own (always the same pose), it is
+    interpolated between ODOM lines at the time of a scan. Such odometry, and that of a corrected log, is the robot's,
     with the laser ``PARAM robot_frontlaser_offset`` ahead.
     """
     if every < 1:
@@ -109,19 +109,19 @@ def read_carmen(path: str | os.PathLike[str], *, every: int = 1, reach_m: float 
         raise InputError(f"reach_m must be a positive number of metres, got {reach_m}")
     file = Path(path)
     require_file(file)
-    found = _Found(every)
+    reader = _LogReader(every)
     for number, line in _lines(file):
         try:
-            found.add(line.split())
+            reader.add(line.split())
         except InputError as error:
             if line.endswith(b"\n"):
                 raise InputError(f"{file}:{number}: {error}") from None  # else it is the last, and cut off
-    if not found.scans:
+    if not reader.scans:
         raise InputError(
             f"{file}: there is no scan in it: a CARMEN log has lines that begin with FLASER or ROBOTLASER1"
         )
     try:
-        return found.log(reach_m)
+        return reader.log(reach_m)
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
 
@@ -141,8 +141,8 @@ def _lines(file: Path) -> Iterator[tuple[int, bytes]]:
 
 
 @dataclass(slots=True)
-class _Found:
-    """What has been read so far."""
+class _LogReader:
+    """Reader of the lines of a log."""
 
     every: int
     laser: Laser | None = None
@@ -153,13 +153,13 @@ class _Found:
     params: dict[str, str] = field(default_factory=dict)
 
     def add(self, words: list[bytes]) -> None:
-        """Take in a line."""
+        """Read a line, split into words."""
         kind = words[0] if words else b""
         if kind == b"PARAM" and len(words) > 2:
             self.params[words[1].decode("ascii", "replace")] = words[2].decode("ascii", "replace")
         elif kind == b"ODOM":
             require_words(words, 8)
-            self.wheels.append(finite([*words[1:4], words[7]]))
+            self.wheels.append(parse_finite([*words[1:4], words[7]]))
         elif kind in (FLASER, ROBOTLASER) and (self.laser is None or self.laser.kind == kind):
             self._add_scan(words)
 
@@ -167,7 +167,7 @@ class _Found:
         self.seen += 1
         if (self.seen - 1) % self.every:
             return
-        scan = scan_of(words)
+        scan = parse_scan(words)
         self.laser = self.laser or scan.laser
         if scan.laser != self.laser:
             raise InputError(f"a scan of {scan.laser} after scans of {self.laser}: cut the log where the laser changes")
@@ -179,12 +179,12 @@ class _Found:
         self.stamps.append(scan.stamp)
 
     def log(self, reach_m: float) -> CarmenLog:
-        """Make a log of all that was read."""
+        """Return the log of all lines that were read."""
         if self.laser is None:
             raise InputError("there is no scan in it")
-        stamps, told = np.array(self.stamps), self.laser.maximum_m or self._param("robot_front_laser_max")
-        maximum_m = min(told or FARTHEST_READING_M, FARTHEST_READING_M)
-        odometry, poses = self._where(stamps[:, :3], stamps[:, 3:6], stamps[:, 6])
+        stamps, named_m = np.array(self.stamps), self.laser.maximum_m or self._param("robot_front_laser_max")
+        maximum_m = min(named_m or FARTHEST_READING_M, FARTHEST_READING_M)
+        odometry, poses = self._choose_poses(stamps[:, :3], stamps[:, 3:6], stamps[:, 6])
         ranges = np.array(self.scans, dtype=np.float64)  # (S, B)
         ranges[(ranges >= maximum_m - NEAR_FARTHEST_M) | (ranges <= 0)] = np.nan
         ranges[ranges > reach_m] = np.inf
@@ -209,19 +209,19 @@ class _Found:
             raise InputError(f"{count} readings {step:g} degrees apart go more than once around")
         return math.radians(step) * (np.arange(count, dtype=np.float64) - middle)
 
-    def _where(self, laser: Array, robot: Array, times: Array) -> tuple[Array, Array | None]:
-        """Return the odometry and the corrected poses of the laser, from the poses (S, 3) that its scans tell."""
+    def _choose_poses(self, laser: Array, robot: Array, times: Array) -> tuple[Array, Array | None]:
+        """Return the odometry and the corrected poses of the laser, from the poses (S, 3) in its scans."""
         offset = np.array([self._param("robot_frontlaser_offset") or 0.0, 0.0, 0.0])
         if not _moves(robot) and len(self.wheels) > 1:
             robot = _interpolated(np.array(self.wheels), times)
         elif not _moves(robot):
             robot = laser
         if not _moves(laser):
-            return compose(robot, offset), None
-        return (compose(robot, offset), laser) if _are_corrected(laser, robot) else (laser, None)
+            return compose_poses(robot, offset), None
+        return (compose_poses(robot, offset), laser) if _are_corrected(laser, robot) else (laser, None)
 
     def _param(self, name: str) -> float | None:
-        """Return a parameter that is a positive number; None where there is no such."""
+        """Return a parameter that is a positive number; None where there is none."""
         try:
             value = float(self.params.get(name, ""))
         except ValueError:
@@ -238,14 +238,14 @@ def _interpolated(wheels: Array, times: Array) -> Array:
     wheels = wheels[np.argsort(wheels[:, 3], kind="stable")]
     wheels[:, 2] = np.unwrap(wheels[:, 2])
     poses = np.stack([np.interp(times, wheels[:, 3], wheels[:, k]) for k in range(3)], axis=-1)  # (S, 3)
-    poses[:, 2] = wrapped(poses[:, 2])
+    poses[:, 2] = wrap_angles(poses[:, 2])
     return poses
 
 
 def _are_corrected(laser: Array, robot: Array) -> bool:
-    """Tell whether the laser's poses (S, 3) are not one rigid motion away from the robot's."""
-    offset = between(robot, laser)
-    offset[:, 2] = wrapped(offset[:, 2] - offset[0, 2])
+    """Return whether the poses (S, 3) of the laser and of the robot are not one rigid motion apart."""
+    offset = relative_poses(robot, laser)
+    offset[:, 2] = wrap_angles(offset[:, 2] - offset[0, 2])
     off = np.abs(offset - np.median(offset, axis=0))
     is_off = (np.hypot(off[:, 0], off[:, 1]) > CORRECTED_M) | (off[:, 2] > CORRECTED_RAD)
     return bool(is_off.mean() > CORRECTED_SHARE)

@@ -1,4 +1,4 @@
-"""Lines of a CARMEN log that tell a scan, taken apart word by word."""
+"""Parser of the scan lines of a CARMEN log."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ CONFIG, POSES, VELOCITIES, TAIL = 7, 6, 5, 3  # words of ROBOTLASER1; the tail i
 
 @dataclass(frozen=True, slots=True)
 class Laser:
-    """What all scans of a laser have in common; FLASER tells no more than the number of readings.
+    """Configuration of a laser, the same in all its scans; FLASER has the number of readings only.
 
     Parameters
     ----------
     kind
-        The word that its lines begin with.
+        First word of its lines.
     readings
-        Of a scan.
+        Number of readings of a scan.
     start, step
         Direction of the first beam and from each to the next, radians.
     maximum_m
@@ -45,16 +45,16 @@ class Laser:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """A scan as its line tells it.
+    """Scan of one line.
 
     Parameters
     ----------
     laser
-        What read it.
+        Its laser.
     ranges
         Shape (B,), metres.
     stamp
-        The laser's pose and the robot's, (x, y, theta) each, and the time: seven numbers.
+        Poses of the laser and of the robot, (x, y, theta) each, and the time: seven numbers.
     """
 
     laser: Laser
@@ -62,8 +62,8 @@ class Scan:
     stamp: list[float]
 
 
-def scan_of(words: list[bytes]) -> Scan:
-    """Take a line of the kind FLASER or ROBOTLASER1 apart.
+def parse_scan(words: list[bytes]) -> Scan:
+    """Parse a line of the kind FLASER or ROBOTLASER1.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def _flaser(words: list[bytes]) -> Scan:
     count = _count(words, 1)
     after = 2 + count
     require_words(words, after + POSES + 1, after + POSES + TAIL)
-    return Scan(Laser(FLASER, count), _ranges(words[2:after]), finite(words[after : after + POSES + 1]))
+    return Scan(Laser(FLASER, count), _ranges(words[2:after]), parse_finite(words[after : after + POSES + 1]))
 
 
 def _robotlaser(words: list[bytes]) -> Scan:
@@ -87,11 +87,11 @@ def _robotlaser(words: list[bytes]) -> Scan:
     if len(words) - after not in (least, least + 2):  # there are remissions
         after += 1 + _count(words, after, least=0)
     require_words(words, after + least, after + least + 2)
-    _, start, fov, step, maximum_m, *_ = finite(words[1 : CONFIG + 1])
+    _, start, fov, step, maximum_m, *_ = parse_finite(words[1 : CONFIG + 1])
     step = step if step > 0 else fov / max(1, count - 1)
     if count > 1 and not 0 < step * (count - 1) < 2 * math.pi + ROUNDED:
         raise InputError(f"{count} readings {math.degrees(step):g} degrees apart are no scan")
-    stamp = finite([*words[after : after + POSES], words[after + POSES + VELOCITIES]])
+    stamp = parse_finite([*words[after : after + POSES], words[after + POSES + VELOCITIES]])
     laser = Laser(ROBOTLASER, count, start, step, maximum_m if maximum_m > 0 else None)
     return Scan(laser, _ranges(words[first : first + count]), stamp)
 
@@ -104,21 +104,20 @@ def _count(words: list[bytes], at: int, *, least: int = 1) -> int:
 
 
 def require_words(words: list[bytes], least: int, most: float = math.inf) -> None:
-    """Raise InputError unless a line has so many words."""
+    """Raise InputError unless the number of words of a line is within bounds."""
     if not least <= len(words) <= most:
         wanted = f"{least} or more" if most == math.inf else f"{least} to {most:.0f}"
         raise InputError(
-            f"{_shown(words[0])} has {len(words)} words, by the counts that it tells it has {wanted}; "
-            "mend or remove the line"
+            f"{_shown(words[0])} has {len(words)} words, by its counts it should have {wanted}; mend or remove the line"
         )
 
 
-def finite(words: list[bytes]) -> list[float]:
-    """Return words as numbers, or raise InputError where one is none or not finite."""
+def parse_finite(words: list[bytes]) -> list[float]:
+    """Return words as numbers, or raise InputError where a word is not a finite number."""
     values = _numbers(words)
     for word, value in zip(words, values, strict=True):
         if not math.isfinite(value):
-            raise InputError(f"{_shown(word)} is no number to reckon with; mend or remove the line")
+            raise InputError(f"{_shown(word)} is not a finite number; mend or remove the line")
     return values
 
 

@@ -1,4 +1,4 @@
-"""Occupancy grids as worlds: occupied cells are walls, free cells floor, and what is unknown is walled off."""
+"""Worlds from occupancy grids: occupied cells are walls, free cells are floor, and unknown cells are walled off."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from rectmerge.analysis.specks import remove_specks
 from rectmerge.errors import InputError, SimulationError
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
 from rectmerge.paper.rmap import rmap
-from sim.motion.driving import drivable, standing_spot
+from sim.motion.driving import find_standing_spot, make_drive_field
 from sim.world import Prism, Room, World
 
 HEIGHT_M = 2.5
-NARROWEST_M = 0.25  # a robot is wider; what is narrower in a map was left by single beams
+NARROWEST_M = 0.25  # a robot is wider; narrower free space in a map comes from single beams
 SHORTEST_SIDE_M, LONGEST_SIDE_M = 1.0, 300.0
 MOST_WALLS = 16_000  # PyBullet takes no larger mesh
 ROOM_SIDE_M, ROOM_AREA_M2, MOST_ROOMS = 1.0, 2.0, 40
@@ -33,9 +33,9 @@ def world_from_grid(
     Parameters
     ----------
     grid
-        A map with a resolution; its origin says nothing about the building and is left aside.
+        A map with a resolution; its origin is ignored.
     name
-        The world's family.
+        Family of the world.
     narrowest_m
         Free strips narrower than this between unknown cells are no floor; 0 keeps them all.
     max_speck_cells
@@ -50,7 +50,7 @@ def world_from_grid(
     -----
     Walls are the R-map (Algorithm 2) of the occupied cells, so the world's raster at the map's resolution shows them
     cell by cell. It departs from the map in three things: free strips that are too narrow are unknown; an unknown cell
-    that touches floor, also at a corner, is wall, as is a cell beyond the map's border; and it is cut to the walls.
+    that touches floor, also at a corner, is wall, as is a cell beyond the map's border; and it is cropped to the walls.
     Rooms are the large rectangles of the R-map of the floor in which a robot can stand.
     """
     if not (math.isfinite(narrowest_m) and narrowest_m >= 0):
@@ -75,30 +75,30 @@ def world_from_grid(
 
 
 def require_size(size: tuple[float, float], doubt: str) -> None:
-    """Raise InputError unless a world of this size in metres can be simulated; `doubt` says what to check."""
+    """Raise InputError unless a world of this size in metres can be simulated; `doubt` names a likely cause."""
     if not (min(size) >= SHORTEST_SIDE_M and max(size) <= LONGEST_SIDE_M):
         allowed = f"{SHORTEST_SIDE_M:g} to {LONGEST_SIDE_M:g} m"
         raise InputError(f"the world would be {size[0]:.3g} x {size[1]:.3g} m; {allowed} a side are allowed; {doubt}")
 
 
 def large_rooms(world: World, floor: Mask, resolution: float) -> tuple[Room, ...]:
-    """Make rooms of the large rectangles of a world's floor, shape (H, W) in cells; the largest is room 1."""
+    """Make rooms of the large rectangles of a floor mask, shape (H, W); the largest is room 1."""
     plain = remove_specks(OccupancyGrid(np.where(floor, FREE, OCCUPIED).astype(np.int8))).free
     least = math.ceil(ROOM_AREA_M2 / resolution**2)
     boxes = rmap(plain, max_rectangles=MOST_ROOMS, min_area_cells=least).boxes
     wide = boxes[boxes[:, 2:].min(axis=1) * resolution >= ROOM_SIDE_M]
-    rooms = rooms_of(world, (("room", outline) for outline in _outlines(wide, floor.shape[0], resolution)))
+    rooms = reachable_rooms(world, (("room", outline) for outline in _outlines(wide, floor.shape[0], resolution)))
     return tuple(replace(room, name=f"room {k}") for k, room in enumerate(rooms, start=1))
 
 
-def rooms_of(world: World, outlines: Iterable[tuple[str, NDArray[np.float64]]]) -> tuple[Room, ...]:
+def reachable_rooms(world: World, outlines: Iterable[tuple[str, NDArray[np.float64]]]) -> tuple[Room, ...]:
     """Return the rooms in which a robot can stand and from which it can drive to all others."""
     try:
-        field = drivable(world)
+        field = make_drive_field(world)
     except SimulationError:  # a robot fits nowhere: such a world can be drawn and rastered, but not toured
         return ()
     rooms = [Room(name, outline, outline.mean(axis=0)) for name, outline in outlines]
-    spots = [standing_spot(field, room) for room in rooms]
+    spots = [find_standing_spot(field, room) for room in rooms]
     return tuple(replace(room, spot=spot) for room, spot in zip(rooms, spots, strict=True) if spot is not None)
 
 

@@ -1,4 +1,4 @@
-"""JSON plans in the schema of HouseExpo (T. Li et al., arXiv:1903.09845): one outline of a house's floor, and boxes."""
+"""Plans in the JSON schema of HouseExpo (T. Li et al., arXiv:1903.09845): the outline of a floor, and room boxes."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from shapely.geometry.base import BaseGeometry
 
 from rectmerge.errors import InputError
 from rectmerge.rectangles import largest_rectangle
-from sim.importers.grids import HEIGHT_M, large_rooms, require_size, rooms_of
+from sim.importers.grids import HEIGHT_M, large_rooms, reachable_rooms, require_size
 from sim.world import Prism, Room, World
 
 THINNEST_M, THICKEST_M = 0.05, 1.0
 MITRE_LIMIT = 2.0  # walls that meet at a sharp angle are cut off so far out, in thicknesses
 LEAST_AREA_M2 = 1e-9
 FARTHEST_M = 1e6
-CELL_M = 0.05  # where a room is looked for in a box that is not convex within the outline
+CELL_M = 0.05  # of the search for a rectangle in a box that is not convex within the outline
 Points = NDArray[np.float64]
 
 
 def world_from_plan(plan: Any, name: str, *, wall_m: float) -> World:
-    """Make a world from a plan that JSON was read into.
+    """Make a world from the JSON data of a plan.
 
     Parameters
     ----------
     plan
         ``verts``: the corners [x, y] of the floor's outline in metres, interior walls being folds of it;
-        ``room_category``: for each category a list of boxes [x0, y0, x1, y1]. Other keys are left aside.
+        ``room_category``: for each category a list of boxes [x0, y0, x1, y1]. Other keys are ignored.
     name
-        The world's family.
+        Family of the world.
     wall_m
         Thickness of the walls, which stand outside the outline; two that meet in a narrow fold fill it.
 
@@ -47,8 +47,9 @@ def world_from_plan(plan: Any, name: str, *, wall_m: float) -> World:
 
     Notes
     -----
-    Walls and floor are cut into triangles (constrained Delaunay). A room is what its box has of the floor where that is
-    convex, else the largest rectangle in it; where the plan names no room, the large rectangles of the floor are rooms.
+    Walls and floor are cut into triangles (constrained Delaunay). A room is the intersection of its box and the
+    floor where that is convex, else the largest rectangle in it; where the plan names no room, the large rectangles of
+    the floor are rooms.
     """
     if not THINNEST_M <= wall_m <= THICKEST_M:
         raise InputError(f"wall_m must be {THINNEST_M} to {THICKEST_M} metres, got {wall_m}")
@@ -66,7 +67,7 @@ def world_from_plan(plan: Any, name: str, *, wall_m: float) -> World:
 
 
 def _corners(plan: Any) -> Points:
-    """Return the outline's corners, shape (N, 2)."""
+    """Return the corners of the outline, shape (N, 2)."""
     verts = _numbers(_value(plan, "verts"), "verts must be a list of corners [x, y]")
     if verts.ndim != 2 or verts.shape[1] != 2 or len(verts) < 3:
         raise InputError(f"verts must be three or more corners [x, y], got shape {verts.shape}")
@@ -78,20 +79,20 @@ def _boxes(plan: Any) -> list[tuple[str, Points]]:
     categories = _value(plan, "room_category")
     if not isinstance(categories, dict):
         raise InputError(f"room_category must name boxes by category, got {type(categories).__name__}")
-    found: dict[tuple[float, ...], str] = {}
+    categories_by_box: dict[tuple[float, ...], str] = {}
     for category, listed in categories.items():
         complaint = f"room_category.{category} must be a list of boxes [x0, y0, x1, y1]"
         boxes = _numbers(listed, complaint) if listed else np.empty((0, 4))
         if boxes.ndim != 2 or boxes.shape[1] != 4:
             raise InputError(f"{complaint}, got shape {boxes.shape}")
         for corners in boxes.tolist():
-            found.setdefault(tuple(corners), category.replace("_", " ").lower())
-    return [(category, np.array(corners)) for corners, category in found.items()]
+            categories_by_box.setdefault(tuple(corners), category.replace("_", " ").lower())
+    return [(category, np.array(corners)) for corners, category in categories_by_box.items()]
 
 
 def _value(plan: Any, key: str) -> Any:
     if not isinstance(plan, dict) or key not in plan:
-        raise InputError(f"the key {key} is missing, which a plan as in HouseExpo has")
+        raise InputError(f"the key {key} is missing, which a HouseExpo plan must have")
     return plan[key]
 
 
@@ -123,7 +124,7 @@ def _outline(polygon: Polygon) -> Points:
 
 
 def _rooms(world: World, floor: BaseGeometry, boxes: list[tuple[str, Points]]) -> tuple[Room, ...]:
-    """Make the rooms that the plan names; those of a category that has several are numbered."""
+    """Make the rooms of the plan, numbered in a category that has several."""
     outlines = [(kind, outline) for kind, corners in boxes if (outline := _room_outline(floor, corners)) is not None]
     if not outlines:
         return large_rooms(world, world.raster(CELL_M).free, CELL_M)
@@ -133,16 +134,16 @@ def _rooms(world: World, floor: BaseGeometry, boxes: list[tuple[str, Points]]) -
     for kind, outline in outlines:
         seen[kind] += 1
         named.append((f"{kind} {seen[kind]}" if of_kind[kind] > 1 else kind, outline))
-    return rooms_of(world, named)
+    return reachable_rooms(world, named)
 
 
 def _room_outline(floor: BaseGeometry, corners: Points) -> Points | None:
-    """Return a convex outline of what a box has of the floor; None where it has nothing of it."""
+    """Return a convex outline within the intersection of a box and the floor; None where that is empty."""
     x0, y0, x1, y1 = corners
     parts = _polygons(floor.intersection(box(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))))
     if not parts:
         return None
-    part = max(parts, key=lambda one: one.area)
+    part = max(parts, key=lambda polygon: polygon.area)
     hull = part.convex_hull
     if hull.area - part.area < 1e-6 * part.area:
         return _outline(hull)
@@ -154,8 +155,10 @@ def _largest_rectangle(part: Polygon) -> Points | None:
     left, low, right, high = part.bounds
     columns, rows = (max(1, math.ceil(span / CELL_M)) for span in (right - left, high - low))
     x, y = (start + (np.arange(count) + 0.5) * CELL_M for start, count in ((left, columns), (low, rows)))
-    found = largest_rectangle(shapely.contains_xy(part, *np.meshgrid(x, y)))
-    if found is None:
+    rectangle = largest_rectangle(shapely.contains_xy(part, *np.meshgrid(x, y)))
+    if rectangle is None:
         return None
-    first, last = (np.array(at) for at in ((found.x, found.y), (found.x + found.w, found.y + found.h)))
+    first, last = (
+        np.array(at) for at in ((rectangle.x, rectangle.y), (rectangle.x + rectangle.w, rectangle.y + rectangle.h))
+    )
     return _outline(box(*(first * CELL_M + [left, low]), *(last * CELL_M + [left, low])))

@@ -1,4 +1,4 @@
-"""Which importer reads which file: a ROS map's YAML, an image, or a JSON plan."""
+"""Files that worlds are made from: the YAML of a ROS map, an image, or a JSON plan."""
 
 from __future__ import annotations
 
@@ -41,16 +41,16 @@ def import_world(
     path
         A ROS map's ``.yaml``, an image of a map or of a black-and-white floor plan, or a ``.json`` as in HouseExpo.
     resolution
-        Metres per pixel where the file does not tell them, or instead of what it tells. A JSON plan is in metres.
+        Metres per pixel, instead of the resolution in the file or where it has none. A JSON plan is in metres.
     narrowest_m, max_speck_cells
-        What of a map or an image is no floor, or no wall: see `sim.importers.grids.world_from_grid`.
+        Free space that is no floor, and cells that are no wall: see `sim.importers.grids.world_from_grid`.
     wall_m
         Thickness of a JSON plan's walls.
 
     Returns
     -------
     World
-        Of the family "imported/" and the file's stem, seed 0; (0, 0) is the lower left of its walls.
+        Family "imported/" and the stem of the file, seed 0; (0, 0) is the lower left of its walls.
 
     Raises
     ------
@@ -93,9 +93,9 @@ def _with_resolution(grid: OccupancyGrid, file: Path, resolution: float | None) 
     known = resolution or grid.resolution
     if known is not None:
         return OccupancyGrid(grid.occupancy, known)
-    beside = [other.name for suffix in YAML_SUFFIXES if (other := file.with_suffix(suffix)).exists() and other != file]
-    instead = f"give {beside[0]} beside it instead, or " if beside else ""
-    raise MapFileError(f"{file}: metres per pixel are not known; {instead}tell the resolution (--resolution 0.05, say)")
+    yamls = [other.name for suffix in YAML_SUFFIXES if (other := file.with_suffix(suffix)).exists() and other != file]
+    instead = f"give {yamls[0]} beside it instead, or " if yamls else ""
+    raise MapFileError(f"{file}: metres per pixel are not known; {instead}give the resolution (--resolution 0.05, say)")
 
 
 def _read_drawing(file: Path) -> OccupancyGrid:
@@ -117,7 +117,7 @@ def _read_drawing(file: Path) -> OccupancyGrid:
 
 
 def _joined_to_border(light: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Mark the light cells that are connected to the image's border, side by side."""
+    """Return the mask of light cells that are connected to the border of the image by their sides."""
     around = np.pad(light, 1, constant_values=True).view(np.uint8)
     _, parts = cv2.connectedComponents(around, connectivity=4)
     outside: NDArray[np.bool_] = (parts == parts[0, 0])[1:-1, 1:-1]
@@ -127,7 +127,7 @@ def _joined_to_border(light: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _read_json(file: Path) -> Any:
     try:
         if file.stat().st_size > MOST_JSON_BYTES:
-            raise MapFileError(f"{file}: larger than {MOST_JSON_BYTES // 10**6} MB, which no plan of one house is")
+            raise MapFileError(f"{file}: larger than {MOST_JSON_BYTES // 10**6} MB: too large for the plan of a house")
         return json.loads(file.read_bytes())
     except OSError as error:
         raise MapFileError(f"{file}: cannot be read: {error.strerror or error}") from error

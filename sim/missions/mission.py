@@ -1,4 +1,4 @@
-"""Missions: two robots explore one building in one simulation; the log keeps what their lasers could know, exactly."""
+"""Missions: two robots explore one building in one simulation, and their exact readings are logged."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from sim.bullet import Physics, physics
 from sim.missions.mission_log import FEWEST_SCANS, MissionLog, cut_to_overlap
 from sim.missions.robot import Robot
 from sim.missions.spec import USUAL_SHARE, MissionSpec
-from sim.motion.coverage import SeenFloor, all_cuts, least_area_m2
-from sim.motion.driving import DriveField, Ways, cell_centre, drivable, nearest_drivable
+from sim.motion.coverage import SeenFloor, compute_cuts, least_area_m2
+from sim.motion.driving import DriveField, PathPlanner, cell_centre, make_drive_field, nearest_drivable
 from sim.motion.frontiers import Frontiers
 from sim.motion.piloting import Guide, Pilot
 from sim.motion.steering import Steering
-from sim.motion.tours import find_stops, keep_apart, make_tour, nearest_stop, share_rooms, starts_apart
+from sim.motion.tours import choose_starts, find_stops, keep_apart, make_tour, nearest_stop, share_rooms
 from sim.sensors.ray_casting import Caster
 from sim.world import World
 
 CONTROL_EVERY = 3  # physics steps per control step
-CHECK_EVERY_S = 1.0  # between looks at whether anything more is needed
-NO_GAIN_S, GAIN = 15.0, 1.02  # so long without better cuts to a wanted overlap that was passed ends a mission
+CHECK_EVERY_S = 1.0  # between checks of the end of exploration
+NO_GAIN_S, GAIN = 15.0, 1.02  # a mission ends after so long without better cuts to the wanted overlap
 FAR_ENOUGH = 0.7  # starts are this times the wanted overlap nearer than as far apart as can be
-KEEPS_OFF_BELOW = 0.5  # for a smaller overlap, tours leave to the other robot what is nearer to its start
+KEEPS_OFF_BELOW = 0.5  # for a smaller overlap, rooms nearer to the start of the other robot come last
 LOOKS_ALL_ROUND_DEG = 330.0
-UNHURRIED = 0.5  # of its top speed a robot makes good on a way, turns and doors included
+UNHURRIED = 0.5  # mean speed on a path over the top speed, turns and doors included
 
 
 def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:
@@ -40,20 +40,20 @@ def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:
     world
         The building.
     spec
-        How it is explored.
+        Settings of the exploration.
     seed
-        Of starts, headings and second looks; same world, spec and seed, same bytes.
+        Seed of starts, headings and second looks; same world, spec and seed, same bytes.
 
     Returns
     -------
     MissionLog
-        Cut to the wanted overlap, if one is wanted. Tries that came to nothing are in `discarded`.
+        Cut to the wanted overlap, if there is one. Failed tries are in `discarded`.
 
     Raises
     ------
     SimulationError
         If PyBullet is missing, a robot fits nowhere, there is nothing to tour, or no try gave maps worth making with
-        the wanted overlap; the message says what every try came to.
+        the wanted overlap; the message names the reason of every failed try.
     """
     discarded: list[str] = []
     drives, apart = _drives(world), None if spec.overlap is None else 1.0 - FAR_ENOUGH * spec.overlap
@@ -69,13 +69,13 @@ def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:
 
 
 def _drives(world: World) -> list[DriveField]:
-    """Where A can drive, and where B can."""
-    first = drivable(world.at_visit(0))
-    return [first, drivable(world.at_visit(1)) if any(world.visits) else first]
+    """Return the drive fields of A and of B."""
+    first = make_drive_field(world.at_visit(0))
+    return [first, make_drive_field(world.at_visit(1)) if any(world.visits) else first]
 
 
 class _Mission:
-    """One try: where both robots start, what guides them, and the simulation that they drive in."""
+    """Try of a mission: starts and guides of both robots, and the simulation that they drive in."""
 
     def __init__(
         self,
@@ -90,9 +90,11 @@ class _Mission:
         self.specs = (spec.a, spec.b)
         self.a_is_left = bool(rng.random() < 0.5)
         self.yaws = rng.uniform(-math.pi, math.pi, 2)
-        self.ways = [Ways(drives[0])] * 2 if drives[0] is drives[1] else [Ways(drive) for drive in drives]
+        self.planners = (
+            [PathPlanner(drives[0])] * 2 if drives[0] is drives[1] else [PathPlanner(drive) for drive in drives]
+        )
         self.apart = rng.uniform(0.3, 1.0) if apart is None else apart
-        self.spots = starts_apart(drives[0], self.ways[0], self.apart, rng)
+        self.spots = choose_starts(drives[0], self.planners[0], self.apart, rng)
         self.seen = [SeenFloor(robot.lidar, drives[0].is_drivable.shape) for robot in self.specs]
         self.starts: list[NDArray[np.float64]] = []
         self.guides = [self._tour(k, rng) if self.specs[k].path == "tour" else self._frontiers(k) for k in (0, 1)]
@@ -105,18 +107,18 @@ class _Mission:
             share = USUAL_SHARE if robot.share is None else robot.share
             rooms = share_rooms(self.world, share, from_left=self.a_is_left == (k == 0))
         stops = find_stops(self.drives[k], rooms, rng)
-        first = 0 if self.spec.overlap is None else nearest_stop(self.ways[k], stops, self.spots[k])
+        first = 0 if self.spec.overlap is None else nearest_stop(self.planners[k], stops, self.spots[k])
         start = self._start(k, stops[first][1])
         keeps_off = self.spec.overlap is not None and self.spec.overlap < KEEPS_OFF_BELOW
         rival = self.spots[1 - k] if keeps_off else None
-        return make_tour(self.ways[k], stops, start, closes_loop=robot.closes_loop, rival=rival)
+        return make_tour(self.planners[k], stops, start, closes_loop=robot.closes_loop, rival=rival)
 
     def _frontiers(self, k: int) -> Guide:
         start = self._start(k, self.spots[k])
-        return Frontiers(self.ways[k], self.seen[k], start if self.specs[k].closes_loop else None)
+        return Frontiers(self.planners[k], self.seen[k], start if self.specs[k].closes_loop else None)
 
     def _start(self, k: int, near: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Settle where a robot starts: where it can stand, and apart from the other."""
+        """Choose the start of a robot: a drivable cell near a point, apart from the other robot."""
         start = cell_centre(*nearest_drivable(self.drives[k], near))
         if self.starts:
             start = keep_apart(self.drives[k], start, self.starts[0])
@@ -124,7 +126,7 @@ class _Mission:
         return start
 
     def run(self) -> MissionLog:
-        """Simulate until both robots have ended."""
+        """Simulate until both robots are done."""
         with physics(self.world, hz=self.spec.physics_hz) as bullet:
             robots = [self._robot(bullet, k) for k in (0, 1)]
             for robot, other in zip(robots, robots[::-1], strict=True):
@@ -139,7 +141,7 @@ class _Mission:
         robot = self.specs[k]
         steering = Steering(speed_m_s=robot.speed_m_s)
         turns = robot.lidar.fov_deg < LOOKS_ALL_ROUND_DEG
-        pilot = Pilot(self.guides[k], self.ways[k], steering, gives_way=k == 1, turns_to_look=turns)
+        pilot = Pilot(self.guides[k], self.planners[k], steering, gives_way=k == 1, turns_to_look=turns)
         is_asked = robot.path == "frontier" or not self.spec.coverage is self.spec.overlap is None
         compiled = self.spec.rays == "compiled"
         return Robot(
@@ -174,12 +176,12 @@ class _Mission:
             clock.lap("physics")
 
     def _check(self, robots: list[Robot], now: float) -> None:
-        """End the exploration of robots that have seen enough, or have to go home now."""
+        """End the exploration of robots that have seen enough or must return now."""
         is_met = self.spec.overlap is not None and self._is_met(self.spec.overlap, now)
-        parts = zip(robots, self.specs, self.ways, self.drives, self.seen, strict=True)
-        for robot, spec, ways, drive, seen in parts:
+        parts = zip(robots, self.specs, self.planners, self.drives, self.seen, strict=True)
+        for robot, spec, planner, drive, seen in parts:
             guide = robot.pilot.guide
-            way_m = ways.cost_m(robot.pose[:2], robot.start[:2]) if spec.closes_loop else 0.0
+            way_m = planner.cost_m(robot.pose[:2], robot.start[:2]) if spec.closes_loop else 0.0
             is_late = spec.closes_loop and now + way_m / (UNHURRIED * spec.speed_m_s) > self.spec.max_seconds
             is_full = self.spec.coverage is not None and seen.share_of(drive.is_drivable) >= self.spec.coverage
             if (is_met or is_late or is_full) and not robot.pilot.is_done:
@@ -187,13 +189,13 @@ class _Mission:
                 robot.pilot.replan()
 
     def _is_met(self, overlap: float, now: float) -> bool:
-        """Whether the wanted overlap has been passed and cuts to it have not gained for a while.
+        """Return whether the wanted overlap has been passed and cuts to it have not gained for a while.
 
-        Robots that close their loops go home as soon as it is reached, so that they have it when they are there.
+        Robots that close their loops return as soon as it is reached, so that they have it at their start.
         """
         if min(seen.scans for seen in self.seen) < FEWEST_SCANS:
             return False
-        cuts = all_cuts(*self.seen, fewest=FEWEST_SCANS)
+        cuts = compute_cuts(*self.seen, fewest=FEWEST_SCANS)
         is_passed = bool(cuts.overlaps[-1, -1] > overlap)
         self.was_below |= not is_passed
         least = least_area_m2(self.drives[0].is_drivable)
@@ -206,15 +208,15 @@ class _Mission:
         return self.best > 0 and is_passed and now - self.best_at >= NO_GAIN_S
 
     def better_apart(self) -> float | None:
-        """Tell how far apart to start next time: further where the maps had too much in common, nearer otherwise."""
+        """Return the separation of the next starts: larger where the maps had too much in common, else smaller."""
         if self.spec.overlap is None:
             return None
         least = least_area_m2(self.drives[0].is_drivable)
-        reached = all_cuts(*self.seen, fewest=1).range(least_m2=least) or (0.0, 0.0)
+        reached = compute_cuts(*self.seen, fewest=1).range(least_m2=least) or (0.0, 0.0)
         return (self.apart + 1) / 2 if reached[0] > self.spec.overlap else self.apart / 2
 
     def _end(self, robot: Robot) -> None:
-        """Note what is left undone."""
+        """Note why the exploration of a robot is incomplete."""
         pilot = robot.pilot
         if not pilot.is_done:
             pilot.end(f"out of time after {self.spec.max_seconds:.0f} s")
@@ -225,14 +227,14 @@ class _Mission:
 
 
 class _Clock:
-    """Counts real seconds by stage, for benches."""
+    """Clock of real seconds by stage, for benches."""
 
     def __init__(self) -> None:
         self._began = self._last = time.perf_counter()
         self._spent: dict[str, float] = {}
 
     def lap(self, stage: str) -> None:
-        """Count the time since the last lap for a stage."""
+        """Add the time since the last lap to a stage."""
         now = time.perf_counter()
         self._spent[stage] = self._spent.get(stage, 0.0) + now - self._last
         self._last = now

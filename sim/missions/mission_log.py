@@ -1,4 +1,4 @@
-"""Mission logs: what both robots did and could see, exactly; whole, cut, and in files."""
+"""Mission logs: exact poses and ranges of both robots; whole, cut to an overlap, and in files."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError, SimulationError
 from rectmerge.io.atomic_file import replace_file
 from sim.missions.spec import MissionSpec
-from sim.motion.coverage import FINE_M, SeenFloor, all_cuts, least_area_m2
-from sim.motion.driving import drivable
+from sim.motion.coverage import FINE_M, SeenFloor, compute_cuts, least_area_m2
+from sim.motion.driving import make_drive_field
 from sim.world import World
 
 FEWEST_SCANS = 10
-STILL_WITHIN_M, STILL_AFTER_S = 0.08, 2.0  # a robot that stays so near for longer makes no progress
-STUCK_SHARE = 0.2  # of its time; a log with more says so
-BROKEN = (  # what a foreign file may raise
+STILL_WITHIN_M, STILL_AFTER_S = 0.08, 2.0  # a robot that moves less for longer makes no progress
+STUCK_SHARE = 0.2  # of its time without progress; a log with more has a note
+BROKEN = (  # errors that a foreign file may raise
     *(OSError, EOFError, zipfile.BadZipFile, ValueError, KeyError, TypeError, AttributeError),
     cattrs.BaseValidationError,
 )
@@ -33,7 +33,7 @@ BROKEN = (  # what a foreign file may raise
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RobotLog:
-    """What one robot did and could see; S scans of B beams.
+    """Log of one robot: S scans of B beams, exact poses and odometry.
 
     Parameters
     ----------
@@ -44,13 +44,13 @@ class RobotLog:
     odometry
         Poses by counting wheel turns from the true first pose, shape (S, 3).
     ranges
-        True ranges, shape (S, B), metres; inf where nothing is in the scanner's reach. Noise comes when a map is built.
+        True ranges, shape (S, B), metres; inf where nothing is in reach. Noise is added when a map is built.
     glass
-        Distances to the panes before that, shape (S, B), inf where there is none; None where no beam met glass.
+        Distances to panes before that, shape (S, B), inf where there is none; None where no beam met glass.
     rooms, entered
-        The rooms it was in, in the order in which it first entered them, and when, seconds.
+        Rooms in the order of their first visit, and the times of these, seconds.
     note
-        Empty, or why it stopped before its exploration was done and what went wrong.
+        Empty, or the reason why the exploration ended early.
     """
 
     times: NDArray[np.float64]
@@ -75,7 +75,7 @@ class RobotLog:
         return stuck
 
     def until(self, time: float) -> RobotLog:
-        """Return the log as if the robot had stopped after a time in seconds; itself where it had stopped by then."""
+        """Return the log up to a time in seconds; the log itself where it ends before."""
         kept = int(np.searchsorted(self.times, time, side="right"))
         if kept == len(self.times):
             return self
@@ -103,18 +103,18 @@ class RobotLog:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissionLog:
-    """One mission: the building, how it was explored, and both robots' logs. Picklable.
+    """Log of a mission: the building, the spec, and the logs of both robots. Picklable.
 
     Parameters
     ----------
     world, spec, seed
-        What was run; the seed is the mission's, whichever try succeeded.
+        Input of the mission; the seed is the same for all tries.
     a, b
-        Both robots' logs.
+        Logs of both robots.
     discarded
-        Why each earlier try was discarded, in order.
+        Reasons why earlier tries were discarded, in order.
     whole
-        Of a mission that was cut to an overlap, the log as it was before; not saved.
+        The log before it was cut to an overlap; not saved.
     seconds
         Real seconds by stage, for benches; neither saved nor compared.
     """
@@ -130,7 +130,7 @@ class MissionLog:
 
     def save(self, path: Path) -> None:
         """Write the log as one .npz file, whole or not at all."""
-        head = {"world": self.world.as_dict(), "spec": asdict(self.spec), "seed": self.seed}
+        head = {"world": self.world.to_json_dict(), "spec": asdict(self.spec), "seed": self.seed}
         head["discarded"] = self.discarded
         arrays: dict[str, NDArray[Any]] = {}
         for name, robot in (("a", self.a), ("b", self.b)):
@@ -145,7 +145,7 @@ class MissionLog:
 
     @classmethod
     def load(cls, path: Path) -> MissionLog:
-        """Read what `save` wrote.
+        """Read a file that `save` wrote.
 
         Raises
         ------
@@ -157,44 +157,44 @@ class MissionLog:
                 head = json.loads(str(data["head"]))
                 a, b = (_read_robot(data, name, head[name]) for name in ("a", "b"))
             spec = cattrs.structure(head["spec"], MissionSpec)
-            world, seed, discarded = World.from_dict(head["world"]), int(head["seed"]), tuple(head["discarded"])
+            world, seed, discarded = World.from_json_dict(head["world"]), int(head["seed"]), tuple(head["discarded"])
             return cls(world=world, spec=spec, seed=seed, a=a, b=b, discarded=discarded)
         except BROKEN as error:
             raise InputError(f"{path} is not a mission log: {error}") from error
 
 
 def cut_to_overlap(log: MissionLog, wanted: float) -> MissionLog:
-    """Cut both logs where their maps have a wanted overlap, and show as much as they can have then.
+    """Cut both logs where their maps have a wanted overlap and show most floor.
 
     Parameters
     ----------
     log
         A finished mission, with or without a wanted overlap of its own.
     wanted
-        The overlap, 0.1 to 1: floor that both robots have seen, over the smaller of what each has seen.
+        The overlap, 0.1 to 1: area seen by both robots over the smaller of the areas that each has seen.
 
     Returns
     -------
     MissionLog
-        With logs that show at least 40 square metres of floor each, or 0.4 of what is drivable. A robot that closed
+        Logs that show at least 40 square metres of floor each, or 0.4 of the drivable floor. A robot that closed
         its loop keeps it where any such cut allows it.
 
     Raises
     ------
     SimulationError
-        If no pair of cuts has that overlap; the message says what there is.
+        If no pair of cuts has that overlap; the message names the possible range.
     """
     shape = tuple(math.ceil(side / FINE_M) for side in log.world.size[::-1])
     floors = [SeenFloor(robot.lidar, shape, cell_m=FINE_M) for robot in (log.spec.a, log.spec.b)]
     for floor, robot in zip(floors, (log.a, log.b), strict=True):
         floor.add(robot.poses, robot.ranges)
-    cuts, least = all_cuts(*floors, fewest=FEWEST_SCANS), least_area_m2(drivable(log.world).is_drivable)
+    cuts, least = compute_cuts(*floors, fewest=FEWEST_SCANS), least_area_m2(make_drive_field(log.world).is_drivable)
     choice = cuts.choose(wanted, least_m2=least, whole=(log.spec.a.closes_loop, log.spec.b.closes_loop))
     if choice is None:
         reached = cuts.range(least_m2=least)
-        what = "show too little" if reached is None else f"can only be cut to {reached[0]:.2f} to {reached[1]:.2f}"
+        problem = "show too little" if reached is None else f"can only be cut to {reached[0]:.2f} to {reached[1]:.2f}"
         areas = f"maps of {cuts.area_a[-1]:.0f} and {cuts.area_b[-1]:.0f} m2"
-        raise SimulationError(f"an overlap of {wanted:g} is out of reach: {areas} {what}")
+        raise SimulationError(f"an overlap of {wanted:g} is out of reach: {areas} {problem}")
     ends = log.a.times[choice.scans_a - 1], log.b.times[choice.scans_b - 1]
     a, b = (robot.until(float(end)) for robot, end in zip((log.a, log.b), ends, strict=True))
     return replace(log, a=a, b=b, whole=log.whole or log)

@@ -1,4 +1,4 @@
-"""One robot in the simulation: it counts its wheels' turns, scans, and logs what it did and saw."""
+"""Robot in the simulation: odometry, scans and their log."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from sim.missions.mission_log import FEWEST_SCANS, RobotLog
 from sim.missions.spec import RobotSpec
 from sim.motion.coverage import SeenFloor
 from sim.motion.piloting import Pilot
-from sim.sensors.lidar import Reading
+from sim.sensors.lidar import RayHits
 from sim.sensors.ray_casting import Caster
 from sim.world import World, covers
 
 
 class Robot:
-    """A robot, its pilot, and what it has logged so far.
+    """Robot with its pilot and its log.
 
     Parameters
     ----------
     bullet
         The simulation.
     spec
-        What robot it is.
+        Settings of the robot.
     pilot
-        Who drives it.
+        Its driver.
     start
         Pose (x, y, yaw).
     visit
         0 for A, 1 for B.
     seen
-        Where to note what it has seen; None where nobody asks.
+        Floor that it has seen, updated with every scan; None where it is not needed.
     caster
-        Casts its rays; None where the simulation does.
+        Compiled caster of its rays; None for the rays of PyBullet.
     """
 
     def __init__(
@@ -58,15 +58,15 @@ class Robot:
         self._times: list[float] = []
         self._poses: list[NDArray[np.float64]] = []
         self._counted: list[NDArray[np.float64]] = []
-        self._readings: list[Reading] = []
+        self._readings: list[RayHits] = []
 
     @property
     def pose(self) -> NDArray[np.float64]:
-        """Where it truly is, (x, y, yaw)."""
+        """True pose, (x, y, yaw)."""
         return self._bullet.pose(self._body)
 
     def control(self, time: float) -> None:
-        """Count the wheels' turns and set their speeds."""
+        """Update odometry and set the speeds of the wheels."""
         wheels = self._bullet.wheel_angles(self._body)
         left, right = ((new - old) * WHEEL_RADIUS_M for new, old in zip(wheels, self._wheels, strict=True))
         self._wheels = wheels
@@ -89,14 +89,14 @@ class Robot:
         self._readings.append(reading)
 
     def look(self) -> None:
-        """Take note of what the last scan shows."""
+        """Add the last scan to the seen floor, and plan anew where it changes the path."""
         if self.seen is not None:
             self.seen.add(self._poses[-1][None], self._readings[-1].ranges[None])
-            if self.pilot.guide.look():
+            if self.pilot.guide.is_path_outdated():
                 self.pilot.replan()
 
     def log(self, world: World) -> RobotLog:
-        """Return what was logged, in the building it was logged in.
+        """Return the log, with the rooms of the building that the robot entered.
 
         Raises
         ------
@@ -104,7 +104,7 @@ class Robot:
             If there are too few scans to make a map.
         """
         if len(self._times) < FEWEST_SCANS:
-            why = self.pilot.note or "its way was short"
+            why = self.pilot.note or "its path was short"
             raise SimulationError(f"a robot made only {len(self._times)} scans: {why}")
         times, poses = np.array(self._times), np.array(self._poses)
         glass = np.array([reading.glass for reading in self._readings])
@@ -123,6 +123,6 @@ class Robot:
 
 
 def _entered(world: World, times: NDArray[np.float64], poses: NDArray[np.float64]) -> list[tuple[float, str]]:
-    """When a robot first was in each room, in order."""
+    """Return the time and name of the first visit of each room, in order."""
     inside = [(room.name, covers(room.outline, poses[:, :2])) for room in world.rooms]
     return sorted((float(times[np.argmax(was_in)]), name) for name, was_in in inside if was_in.any())

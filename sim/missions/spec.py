@@ -1,4 +1,4 @@
-"""What a mission is to be: two robots, how each explores, and when it ends."""
+"""Settings of a mission: two robots, their exploration, and its end."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ USUAL_SHARE = 0.7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotSpec:
-    """What one robot is and how it explores.
+    """Settings of one robot and of its exploration.
 
     Parameters
     ----------
@@ -25,13 +25,13 @@ class RobotSpec:
         Scans that are kept per simulated second, no more than the scanner makes; where `physics_hz` is no multiple of
         it, a little fewer.
     path
-        "tour": from room to room, by a robot that knows the building; "frontier": to where what it has seen ends
-        (Yamauchi 1997), in buildings with and without rooms.
+        "tour": from room to room, by a robot that knows the building; "frontier": to the border of the floor that it
+        has seen (Yamauchi 1997), in buildings with and without rooms.
     share
         Share of the rooms that it tours, 0.7 unless given: A from one end of the building, B from the other. Not for
         frontiers, nor where the mission wants an overlap.
     closes_loop
-        Whether it drives back to its start in the end, and tours rooms in a round.
+        Whether it returns to its start in the end, and tours rooms in a round.
 
     Raises
     ------
@@ -57,7 +57,7 @@ class RobotSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionSpec:
-    """How two robots explore.
+    """Settings of a mission of two robots.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class MissionSpec:
         Wanted overlap of the finished maps, 0.1 to 1: robots start far apart for a small one, near for a large one,
         and the logs are cut where the maps have it, within 0.05. None: as it comes.
     tries
-        Missions that are run, from other starts, before a wanted overlap is given up.
+        Largest number of missions, from different starts, for a wanted overlap.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Trajectories as text: the format of the TUM RGB-D benchmark, ``timestamp tx ty tz qx qy qz qw`` on every line."""
+"""Trajectories in the format of the TUM RGB-D benchmark: ``timestamp tx ty tz qx qy qz qw`` on every line."""
 
 from __future__ import annotations
 

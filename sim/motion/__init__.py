@@ -1,1 +1,1 @@
-"""How robots drive and explore."""
+"""Driving, coverage and exploration of robots."""

@@ -1,4 +1,4 @@
-"""What robots have seen of the floor, since when, and how much two of them have in common at any pair of times."""
+"""Coverage of the floor by the scans of a robot, and the overlap of two robots after any pair of scans."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from sim._kernels.visibility import see_scans
 from sim.motion.driving import CELL_M
 from sim.sensors.lidar import Lidar
 
-FINE_M = 0.05  # cells for the last word on an overlap: about those of the maps that will be made
+FINE_M = 0.05  # cells for the final overlap: about those of the maps
 MOST_CUTS = 400  # a longer log is cut at as many evenly spaced scans
 TOLERANCE, WHOLE_TOLERANCE = (
     0.015,
     0.035,
 )  # of an overlap on cells of this module; the finished maps' overlap is then within 0.05
-LEAST_M2, LEAST_SHARE = 40.0, 0.4  # a map worth making shows so much floor, or so much of it where there is little
+LEAST_M2, LEAST_SHARE = 40.0, 0.4  # floor that a map must show, or its share in a small building
 
 
 class SeenFloor:
-    """The cells that one robot's beams have crossed.
+    """Cells that the beams of one robot have crossed.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class SeenFloor:
 
     @property
     def is_free(self) -> NDArray[np.bool_]:
-        """The cells that some scan has shown free, shape (H, W)."""
+        """Mask of the cells that some scan has shown free, shape (H, W)."""
         free: NDArray[np.bool_] = self.since >= 0
         return free
 
@@ -52,18 +52,18 @@ class SeenFloor:
         self.scans += len(poses)
 
     def share_of(self, floor: NDArray[np.bool_]) -> float:
-        """Return which share of a floor, shape (H, W), has been seen."""
+        """Return the share of a floor, shape (H, W), that has been seen."""
         return float(np.count_nonzero(self.is_free & floor)) / max(1, int(np.count_nonzero(floor)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cuts:
-    """Two logs cut after any of their scans: what each part shows, and what two parts have in common.
+    """Cuts of two logs: the floor that each part shows, and the floor that two parts have in common.
 
     Parameters
     ----------
     kept_a, kept_b
-        How many scans are kept by each cut, ascending, shapes (N,) and (M,).
+        Numbers of scans kept by each cut, ascending, shapes (N,) and (M,).
     area_a, area_b
         Floor that the kept scans show, shapes (N,) and (M,), square metres.
     common
@@ -78,10 +78,10 @@ class Cuts:
 
     @property
     def overlaps(self) -> NDArray[np.float64]:
-        """The overlap of every pair of cuts, shape (N, M): what is common over the smaller area."""
+        """Overlap of every pair of cuts, shape (N, M): the common area over the smaller area."""
         return self.common / np.maximum(1e-9, np.minimum(self.area_a[:, None], self.area_b))
 
-    def choose(self, wanted: float, *, least_m2: float, whole: tuple[bool, bool] = (False, False)) -> Choice | None:
+    def choose(self, wanted: float, *, least_m2: float, whole: tuple[bool, bool] = (False, False)) -> CutChoice | None:
         """Choose the cuts with the wanted overlap that leave the largest product of areas; of equal ones the latest.
 
         Parameters
@@ -91,7 +91,7 @@ class Cuts:
         least_m2
             Floor that each part must show.
         whole
-            Whether A's log, and B's, had better stay whole; this goes before areas.
+            Whether the logs of A and of B should stay whole; this goes before areas.
 
         Returns
         -------
@@ -100,7 +100,7 @@ class Cuts:
         """
         off = np.abs(self.overlaps - wanted)
         is_enough = (self.area_a >= least_m2)[:, None] & (self.area_b >= least_m2)
-        kept = np.zeros_like(off)  # how many logs stay whole that had better
+        kept = np.zeros_like(off)  # number of logs that stay whole as preferred
         kept[-1, :] += whole[0]
         kept[:, -1] += whole[1]
         is_fit = is_enough & (off <= np.where(kept > 0, WHOLE_TOLERANCE, TOLERANCE))
@@ -109,7 +109,7 @@ class Cuts:
         worth = np.where(is_fit, self.area_a[:, None] * self.area_b + kept * self.area_a[-1] * self.area_b[-1], 0.0)
         last = worth.size - 1 - int(np.argmax(worth[::-1, ::-1]))
         i, j = divmod(last, worth.shape[1])
-        return Choice(int(self.kept_a[i]), int(self.kept_b[j]), float(self.overlaps[i, j]), float(worth[i, j]))
+        return CutChoice(int(self.kept_a[i]), int(self.kept_b[j]), float(self.overlaps[i, j]), float(worth[i, j]))
 
     def range(self, *, least_m2: float) -> tuple[float, float] | None:
         """Return the least and the largest overlap of parts that each show enough floor; None where none does."""
@@ -119,8 +119,8 @@ class Cuts:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
-    """Two cuts: the scans kept of A and of B, their overlap, and what the parts are worth, for comparison."""
+class CutChoice:
+    """Choice of two cuts: the scans kept of A and of B, their overlap, and their worth for comparison."""
 
     scans_a: int
     scans_b: int
@@ -128,8 +128,8 @@ class Choice:
     worth: float
 
 
-def all_cuts(a: SeenFloor, b: SeenFloor, *, fewest: int) -> Cuts:
-    """Survey the cuts of two logs, seen on one grid, that leave each at least `fewest` scans."""
+def compute_cuts(a: SeenFloor, b: SeenFloor, *, fewest: int) -> Cuts:
+    """Compute the cuts of two logs, seen on one grid, that leave each at least `fewest` scans."""
     first = min(fewest, a.scans, b.scans)
     kept_a, kept_b = (np.unique(np.linspace(first, floor.scans, MOST_CUTS).astype(np.int64)) for floor in (a, b))
     n, m = len(kept_a), len(kept_b)
@@ -141,11 +141,11 @@ def all_cuts(a: SeenFloor, b: SeenFloor, *, fewest: int) -> Cuts:
 
 
 def _first_cut(floor: SeenFloor, kept: NDArray[np.int64]) -> NDArray[np.int64]:
-    """For each cell, the first cut that keeps a scan which shows it."""
+    """Return, for each cell, the first cut that keeps a scan which shows it."""
     first = np.searchsorted(kept, np.arange(floor.scans), side="right")
     return np.where(floor.is_free, first[floor.since], len(kept))
 
 
 def least_area_m2(floor: NDArray[np.bool_]) -> float:
-    """Return how much floor a map must show to be worth making, given the drivable floor, shape (H, W)."""
+    """Return the area that a map must show, given the drivable floor, shape (H, W)."""
     return min(LEAST_M2, LEAST_SHARE * CELL_M**2 * np.count_nonzero(floor))

@@ -1,4 +1,4 @@
-"""Where a robot can drive in a world: the clearance field, spots to stand on and shortest paths."""
+"""Drive fields: clearance of every cell of a world, drivable cells, spots to stand on and shortest paths."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ ROBOT_RADIUS_M, ROBOT_HEIGHT_M = 0.2, 0.3
 KEEP_OFF_M = 0.3  # centre of the robot to the nearest obstacle, at least
 COMFORT_M = 0.6  # closer than this to an obstacle, a path costs more
 CELL_M = 0.1
-OFF_THE_WAY_M = 0.5  # a robot pushed aside gets back to the drivable part over no more than this
+OFF_THE_WAY_M = 0.5  # largest distance from a robot pushed aside to the drivable part
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DriveField:
-    """The clearance of every cell of a world, and which cells belong to its largest drivable part.
+    """Clearance of every cell of a world, and the mask of its largest drivable part.
 
     Parameters
     ----------
@@ -36,12 +36,12 @@ class DriveField:
     is_drivable: NDArray[np.bool_]
 
     def prices(self) -> NDArray[np.float64]:
-        """Return what a metre of driving costs in each cell: 1, more near obstacles, inf where there is no driving."""
+        """Return the cost of a metre in each cell: 1, more near obstacles, inf where there is no driving."""
         return np.where(self.is_drivable, 1.0 + 6.0 * np.maximum(0.0, COMFORT_M - self.clearance), np.inf)
 
 
-def drivable(world: World) -> DriveField:
-    """Find where a robot can drive, whatever its laser sees: low, high and glass obstacles count alike.
+def make_drive_field(world: World) -> DriveField:
+    """Make the drive field of a world: obstacles that the laser does not see count as well.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def drivable(world: World) -> DriveField:
     return DriveField(clearance.astype(np.float64), labels == largest)
 
 
-def standing_spot(field: DriveField, room: Room) -> NDArray[np.float64] | None:
+def find_standing_spot(field: DriveField, room: Room) -> NDArray[np.float64] | None:
     """Choose a roomy spot (x, y) near the middle of a room, in the drivable part; None where there is none."""
     rows, cols = np.nonzero(field.is_drivable)
     points = cell_centres(rows, cols)  # (N, 2)
@@ -78,7 +78,7 @@ def standing_spot(field: DriveField, room: Room) -> NDArray[np.float64] | None:
 
 
 def costs_from(prices: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the cost in cells between every cell and the drivable one nearest to a point; inf where there is no way.
+    """Return the cost in cells from every cell to the drivable one nearest to a point; inf where there is no path.
 
     `prices` are those of `DriveField.prices`, shape (H, W).
     """
@@ -87,13 +87,13 @@ def costs_from(prices: NDArray[np.float64], point: NDArray[np.float64]) -> NDArr
     return paths.cost_to_goal(prices, *nearest_cell(np.isfinite(prices), point))
 
 
-def way_down(costs: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Follow a field of `costs_from` from a point to where it is 0.
+def path_to_goal(costs: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return the path from a point down a field of `costs_from`, to its goal.
 
     Returns
     -------
     NDArray or None
-        Waypoints, shape (N, 2), metres, about one per cell; None where no way is within half a metre of the start.
+        Waypoints, shape (N, 2), metres, about one per cell; None where no path begins within half a metre of the start.
     """
     if not np.isfinite(costs).any():
         return None
@@ -103,36 +103,36 @@ def way_down(costs: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[
     return cell_centres(*paths.descend(costs, row, col).T)
 
 
-def way_up(costs: NDArray[np.float64], goal: tuple[int, int]) -> NDArray[np.float64]:
-    """Return the waypoints (N, 2) from where a field of `costs_from` is 0 to a cell that it reaches."""
+def path_from_start(costs: NDArray[np.float64], goal: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the path (N, 2) from the start of a field of `costs_from` to a cell that it reaches."""
     return cell_centres(*paths.descend(costs, *goal)[::-1].T)
 
 
-def most_gain(
+def find_best_goal(
     prices: NDArray[np.float64], start: NDArray[np.float64], pay: NDArray[np.float32]
 ) -> tuple[NDArray[np.float64], tuple[int, int] | None]:
-    """Find the cell that pays most for the way to it.
+    """Find the cell with the largest pay less the cost of the path to it.
 
     Parameters
     ----------
     prices
         As `DriveField.prices` gives them, shape (H, W).
     start
-        Where the way begins, (2,), metres.
+        Start of the path, (2,), metres.
     pay
-        What each cell pays, in cells of comfortable driving, shape (H, W); 0 where it is no goal.
+        Pay of each cell, in cells of comfortable driving, shape (H, W); 0 where it is no goal.
 
     Returns
     -------
     costs, cell
         The cost in cells from the start, shape (H, W), no further than needed, and the cell; None where none pays.
     """
-    costs, at = paths.most_gain(prices, *nearest_cell(np.isfinite(prices), start), pay, float(pay.max()))
+    costs, at = paths.find_best_goal(prices, *nearest_cell(np.isfinite(prices), start), pay, float(pay.max()))
     return costs, None if at < 0 else divmod(at, prices.shape[1])
 
 
-class Ways:
-    """Shortest paths over one drive field; the costs from a goal are computed once and serve every way to it."""
+class PathPlanner:
+    """Planner of shortest paths over one drive field; the costs from a goal are computed once."""
 
     def __init__(self, drive: DriveField) -> None:
         self.prices = drive.prices()
@@ -146,16 +146,16 @@ class Ways:
         return self._costs[cell]
 
     def cost_m(self, start: NDArray[np.float64], goal: NDArray[np.float64]) -> float:
-        """Return the cost of the way between two points, in metres of comfortable driving."""
+        """Return the cost of the path between two points, in metres of comfortable driving."""
         return cost_m(self.costs(goal), start)
 
     def path(
         self, start: NDArray[np.float64], goal: NDArray[np.float64], blocked: NDArray[np.bool_] | None = None
     ) -> NDArray[np.float64] | None:
-        """Return the waypoints (N, 2) of the way, off blocked cells (H, W); None where there is none."""
+        """Return the path (N, 2), off blocked cells (H, W); None where there is none."""
         if blocked is None:
-            return way_down(self.costs(goal), start)
-        return way_down(costs_from(np.where(blocked, np.inf, self.prices), goal), start)
+            return path_to_goal(self.costs(goal), start)
+        return path_to_goal(costs_from(np.where(blocked, np.inf, self.prices), goal), start)
 
 
 def cost_m(costs: NDArray[np.float64], start: NDArray[np.float64]) -> float:
@@ -163,8 +163,8 @@ def cost_m(costs: NDArray[np.float64], start: NDArray[np.float64]) -> float:
     return float(costs[nearest_cell(np.isfinite(costs), start)]) * CELL_M
 
 
-def disc(shape: tuple[int, ...], centre: NDArray[np.float64], radius_m: float) -> NDArray[np.bool_]:
-    """Return the cells (H, W) whose centres lie within a radius of a point in metres."""
+def disc_mask(shape: tuple[int, ...], centre: NDArray[np.float64], radius_m: float) -> NDArray[np.bool_]:
+    """Return the mask (H, W) of the cells whose centres lie within a radius of a point in metres."""
     rows, cols = (np.arange(n) * CELL_M + CELL_M / 2 for n in shape)
     inside: NDArray[np.bool_] = (rows[:, None] - centre[1]) ** 2 + (cols - centre[0]) ** 2 < radius_m**2
     return inside

@@ -1,4 +1,4 @@
-"""Frontier exploration: a robot drives to where what it has seen meets what it has not.
+"""Frontier exploration: a robot drives to the border between seen and unseen floor.
 
 B. Yamauchi, A frontier-based approach for autonomous exploration, CIRA 1997.
 """
@@ -13,41 +13,50 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.motion.coverage import SeenFloor
-from sim.motion.driving import Ways, cell_centre, cell_centres, costs_from, disc, most_gain, way_down, way_up
+from sim.motion.driving import (
+    PathPlanner,
+    cell_centre,
+    cell_centres,
+    costs_from,
+    disc_mask,
+    find_best_goal,
+    path_from_start,
+    path_to_goal,
+)
 
-AROUND_CELLS, LEAST_FRONTIER_CELLS = 15, 5  # within a square so wide less frontier is but gaps between beams
-LOOK_FROM_CELLS = 5  # how far from a frontier a robot stands to look beyond it
-GIVEN_UP_M = 1.0  # around where a robot stood and still did not see beyond
+AROUND_CELLS, LEAST_FRONTIER_CELLS = 15, 5  # less frontier within a square so wide is gaps between beams
+LOOK_FROM_CELLS = 5  # distance from which a robot looks beyond a frontier
+GIVEN_UP_M = 1.0  # radius around a frontier that could not be seen beyond
 EIGHT = np.ones((3, 3), dtype=np.uint8)
 FOUR = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)).astype(np.uint8)
 
 
 @dataclass(slots=True, eq=False)
 class Frontiers:
-    """Guides one robot from frontier to frontier over the floor that its own scans have shown.
+    """Guide of one robot from frontier to frontier over the floor that its own scans have shown.
 
-    Where a robot fits is read off the true plan, as if bumpers told; what there is to explore, and which ways it
-    knows, comes from its scans alone.
+    The drivable cells are those of the true plan, as if from bumpers; frontiers and known floor come from its scans
+    alone.
 
     Parameters
     ----------
     ways
-        Where it can drive.
+        Path planner.
     seen
-        What it has seen; it grows while the robot drives.
+        Floor that it has seen; it grows while the robot drives.
     home
-        Where it returns at the end; None where it does not.
+        Start to return to at the end; None for no return.
     """
 
-    ways: Ways
+    planner: PathPlanner
     seen: SeenFloor
     home: NDArray[np.float64] | None = None
     note: str = ""
     is_done: bool = False
     _is_over: bool = False
-    _at: tuple[int, int] = (0, 0)  # the cell where the way ends
-    _window: tuple[slice, slice] = (slice(0), slice(0))  # around it, wide enough to hold the frontier it is about
-    _aim: NDArray[np.bool_] = field(init=False)  # the frontier in the window when the way was planned
+    _at: tuple[int, int] = (0, 0)  # the last cell of the path
+    _window: tuple[slice, slice] = (slice(0), slice(0))  # around that cell, wide enough for its frontier
+    _aim: NDArray[np.bool_] = field(init=False)  # the frontier in the window when the path was planned
     _given_up: NDArray[np.bool_] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -56,12 +65,12 @@ class Frontiers:
 
     @property
     def goal(self) -> str:
-        """Where it is going, for people."""
+        """Name of the next goal, for notes."""
         return "its start" if self._is_over else "the next frontier"
 
     @property
     def faces(self) -> NDArray[np.float64] | None:
-        """Where to look from the goal, (2,): at the middle of the frontier; None at home."""
+        """Point to look at from the goal, (2,): the middle of the frontier; None at home."""
         if self._is_over or not self._aim.any():
             return None
         rows, cols = np.nonzero(self._aim)
@@ -70,8 +79,8 @@ class Frontiers:
         )
         return middle
 
-    def look(self) -> bool:
-        """Tell whether the way should be planned anew, since scans have moved most of the frontier it leads to."""
+    def is_path_outdated(self) -> bool:
+        """Return whether scans have moved most of the frontier that the path leads to."""
         if self._is_over or not self._aim.any():
             return False
         left = np.count_nonzero(self._frontier(self._window) & self._aim)
@@ -80,35 +89,35 @@ class Frontiers:
     def path(
         self, position: NDArray[np.float64], blocked: NDArray[np.bool_] | None = None
     ) -> NDArray[np.float64] | None:
-        """Plan the way to the most promising frontier, or home, off blocked cells (H, W); None where there is none.
+        """Plan the path to the most promising frontier, or home, off blocked cells (H, W); None where there is none.
 
-        Where none is left to explore, exploration is over.
+        Exploration is over where no frontier is left.
         """
-        prices = np.where(self.seen.is_free, self.ways.prices, np.inf)
+        prices = np.where(self.seen.is_free, self.planner.prices, np.inf)
         if blocked is not None:
             prices[blocked] = np.inf
         if not np.isfinite(prices).any():
             return None
         if not self._is_over:
             for pay in self._pays():
-                costs, goal = most_gain(prices, position, pay)
+                costs, goal = find_best_goal(prices, position, pay)
                 if goal is not None:
                     self._aim_at(goal)
-                    return way_up(costs, goal)
+                    return path_from_start(costs, goal)
             if blocked is not None:
                 return None
             self.finish()
-        return None if self.home is None else way_down(costs_from(prices, self.home), position)
+        return None if self.home is None else path_to_goal(costs_from(prices, self.home), position)
 
     def arrive(self) -> None:
-        """Give up what can still not be seen from here; at home, be done."""
+        """Give up the frontier that cannot be seen beyond from here; at home, be done."""
         if self._is_over:
             self.is_done = True
         self.put_off()
 
     def put_off(self) -> None:
-        """Give up the frontier that it was going to."""
-        self._given_up |= disc(self._given_up.shape, cell_centre(*self._at), GIVEN_UP_M)
+        """Give up the present frontier."""
+        self._given_up |= disc_mask(self._given_up.shape, cell_centre(*self._at), GIVEN_UP_M)
 
     def finish(self) -> None:
         """Explore no more: go home, or end here."""
@@ -116,13 +125,13 @@ class Frontiers:
         self.is_done = self.home is None
 
     def _pays(self) -> Iterator[NDArray[np.float32]]:
-        """What each known cell pays, in cells of way, for a look from there: more for a longer frontier.
+        """Yield the pay of each known cell, in cells of path, for a look from there: more for a longer frontier.
 
-        Where no way leads to those, short ones count on which a robot can stand: one may be a narrow way out.
+        Where no path leads to those, short ones on drivable cells count: one may be a narrow passage.
         """
         frontier = self._frontier((slice(None), slice(None)))
         length = cv2.boxFilter(frontier.astype(np.float32), -1, (AROUND_CELLS, AROUND_CELLS), normalize=False)
-        for counts in (frontier & (length >= LEAST_FRONTIER_CELLS), frontier & np.isfinite(self.ways.prices)):
+        for counts in (frontier & (length >= LEAST_FRONTIER_CELLS), frontier & np.isfinite(self.planner.prices)):
             pay = np.where(counts, length, np.float32(0.0))
             for _ in range(LOOK_FROM_CELLS):  # over known cells only, never through a wall
                 pay = np.where(self.seen.is_free, cv2.dilate(pay, EIGHT), np.float32(0.0))
@@ -135,9 +144,9 @@ class Frontiers:
         self._aim = self._frontier(self._window)
 
     def _frontier(self, window: tuple[slice, slice]) -> NDArray[np.bool_]:
-        """The cells of a window that are seen free, beside unknown ones, and not given up.
+        """Return the mask of cells of a window that are free, next to unknown ones, and not given up.
 
-        Unknown is what is neither seen free nor beside a hit: between two beams that met a wall there is wall.
+        Unknown cells are neither free nor next to a hit: between two beams that met a wall there is wall.
         """
         free = self.seen.since[window] >= 0
         wall = cv2.dilate(np.ascontiguousarray(self.seen.is_hit[window]).view(np.uint8), EIGHT) > 0

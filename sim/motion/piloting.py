@@ -1,4 +1,4 @@
-"""Drives a robot where its guide sends it: along paths, past the other robot, and out of places where it is stuck."""
+"""Pilot of a robot: it follows paths, passes the other robot, and backs off where it is stuck."""
 
 from __future__ import annotations
 
@@ -10,52 +10,52 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.motion.avoidance import BERTH_M, NEAR_M, find_refuge, is_in_the_way
-from sim.motion.driving import Ways, disc
-from sim.motion.steering import Follower, Steering
+from sim.motion.driving import PathPlanner, disc_mask
+from sim.motion.steering import PathFollower, Steering
 
 ARRIVED_M = 0.25
 STUCK_AFTER_S, STUCK_WITHIN_M = 6.0, 0.08
 BACK_OFF_S, MOST_BACK_OFFS = 1.0, 4
 BACKWARDS = (-0.2, 0.0)  # speed and rate of turn of a robot that backs off
-HALT_M = 0.9  # to the other robot in the way
+HALT_M = 0.9  # distance at which a robot halts before another on its path
 DETOUR_EVERY_S, LONGEST_DETOUR_CELLS = 0.5, 80
-PATIENCE_S = 2.0  # of the robot that has the right of way, before it looks for a way round
+PATIENCE_S = 2.0  # wait of the robot with right of way before it plans a detour
 PUT_OFF_AFTER_S, GIVE_UP_AFTER_S = 8.0, 30.0  # of waiting for the other robot
 ASIDE_S = 12.0  # a robot that has stepped aside comes back after so long at the latest
 TOUCH_M = 0.5  # nearer than this it drives no further towards the other robot
 WAITS_WITHIN_M = 0.3
-LOOK_S, FACES_WITHIN_RAD = 3.0, 0.5  # longest turn to what it came to see, and when it faces it
+LOOK_S, FACES_WITHIN_RAD = 3.0, 0.5  # longest turn to the point to look at, and the tolerance of its direction
 NOWHERE = np.empty((0, 2))
 Mark = tuple[float, float, float]  # time, x, y
 
 
 class Guide(Protocol):
-    """Says where to drive: a `Tour` or `Frontiers`."""
+    """Source of goals: a `Tour` or `Frontiers`."""
 
     note: str
     is_done: bool
 
     @property
     def goal(self) -> str:
-        """Where the robot is going, for people."""
+        """Name of the next goal, for notes."""
 
     @property
     def faces(self) -> NDArray[np.float64] | None:
-        """Where to look from the goal, (2,), if it matters."""
+        """Point to look at from the goal, (2,), or None."""
 
     def path(
         self, position: NDArray[np.float64], blocked: NDArray[np.bool_] | None = None
     ) -> NDArray[np.float64] | None:
-        """Plan the way to the goal, off blocked cells (H, W); None where there is none."""
+        """Plan the path to the goal, off blocked cells (H, W); None where there is none."""
 
-    def look(self) -> bool:
-        """Tell whether the way should be planned anew, after a scan."""
+    def is_path_outdated(self) -> bool:
+        """Return whether the path should be planned anew after a scan."""
 
     def arrive(self) -> None:
-        """Be told that the robot has reached the goal."""
+        """Record that the robot has reached the goal."""
 
     def put_off(self) -> None:
-        """Be told that the robot cannot get to the goal now."""
+        """Record that the robot cannot reach the goal now."""
 
     def finish(self) -> None:
         """End the exploration."""
@@ -63,29 +63,29 @@ class Guide(Protocol):
 
 @dataclass(slots=True, eq=False)
 class Pilot:
-    """Drives one robot; call `command` once per control step.
+    """Pilot of one robot; call `command` once per control step.
 
-    A robot that does not get on backs off and plans anew; after some such tries it gives up and says so in `note`.
-    Where two robots are in each other's way, the one that gives way goes round or steps aside, and the other waits.
+    A robot without progress backs off and plans anew; after some tries it gives up with a note. Where two robots block
+    each other, the robot that gives way makes a detour or steps aside, and the other waits.
 
     Parameters
     ----------
     guide
-        Where to.
+        Source of its goals.
     ways
-        Where it can drive.
+        Path planner.
     steering
-        How.
+        Path-tracking controller.
     gives_way
-        Whether it is the one that gives way.
+        Whether it gives way to the other robot.
     turns_to_look
-        Whether it turns to what it came to see, since its scanner does not look all round.
+        Whether it turns to the point to look at, for a scanner that does not look all round.
     other
-        The other robot's pilot, if there is one.
+        Pilot of the other robot, if there is one.
     """
 
     guide: Guide
-    ways: Ways
+    planner: PathPlanner
     steering: Steering
     gives_way: bool = False
     turns_to_look: bool = False
@@ -93,29 +93,29 @@ class Pilot:
     position: NDArray[np.float64] = field(default_factory=lambda: np.full(2, np.inf))
     note: str = ""
     is_done: bool = False
-    _way: Follower | None = None
-    _refuge: Follower | None = None
-    _tries: int = 0  # of getting on, since it last arrived somewhere
+    _way: PathFollower | None = None
+    _refuge: PathFollower | None = None
+    _tries: int = 0  # to get on, since the last arrival
     _back_until: float = -1.0
     _look_until: float = math.inf
     _aside_until: float = -1.0
     _next_detour: float = -1.0
     _next_put_off: float = -1.0
-    _waits: Mark = (-1.0, math.inf, math.inf)  # since when and where it waits for the other
+    _waits: Mark = (-1.0, math.inf, math.inf)  # time and position of the start of the wait for the other robot
     _mark: Mark = (0.0, math.inf, math.inf)  # of the last progress
 
     @property
     def ahead(self) -> NDArray[np.float64]:
-        """The waypoints that it is about to drive, (N, 2)."""
+        """Waypoints ahead, (N, 2)."""
         way = self._refuge or self._way
         return NOWHERE if way is None or self.is_done else way.rest
 
     def replan(self) -> None:
-        """Forget the way, so that it is planned anew."""
+        """Drop the path, so that it is planned anew."""
         self._way, self._look_until = None, math.inf
 
     def end(self, note: str = "") -> None:
-        """Drive no more, but out of the other's way."""
+        """End the drive; the robot still moves off the path of the other."""
         self.is_done, self.note = True, "; ".join(filter(None, (self.guide.note, note)))
 
     def command(self, pose: NDArray[np.float64], time: float) -> tuple[float, float]:
@@ -153,7 +153,7 @@ class Pilot:
     def _plan(self) -> bool:
         path = self.guide.path(self.position)
         if path is not None:
-            self._way = Follower(path)
+            self._way = PathFollower(path)
         elif self.guide.is_done:
             self.end()
         return path is not None
@@ -186,8 +186,8 @@ class Pilot:
             self.end(f"stuck on the way to {self.guide.goal} after {time:.0f} s")
         return BACKWARDS
 
-    def _meet(self, other: Pilot, way: Follower, pose: NDArray[np.float64], time: float) -> tuple[float, float]:
-        """Go round the other robot, step aside for it, or wait for it."""
+    def _meet(self, other: Pilot, way: PathFollower, pose: NDArray[np.float64], time: float) -> tuple[float, float]:
+        """Make a detour around the other robot, step aside for it, or wait for it."""
         gives_way = self.gives_way and not other.is_done
         if not gives_way and not self._is_near(HALT_M):
             speed, turn = self.steering.command(pose, way.target(self.position))
@@ -196,15 +196,15 @@ class Pilot:
         if self.is_done or time < self._next_detour or not (gives_way or time - self._waits[0] > PATIENCE_S):
             return command
         self._next_detour = time + DETOUR_EVERY_S
-        path = self.guide.path(self.position, disc(self.ways.prices.shape, other.position, BERTH_M))
+        path = self.guide.path(self.position, disc_mask(self.planner.prices.shape, other.position, BERTH_M))
         if path is not None and len(path) < len(way.rest) + LONGEST_DETOUR_CELLS:
-            self._way = Follower(path)
+            self._way = PathFollower(path)
         elif gives_way:
             self._leave(other, time)
         return command
 
     def _wait(self, time: float) -> tuple[float, float]:
-        """Stand still; after long, try another goal, and in the end give up."""
+        """Stand still; after a while try another goal, and in the end give up."""
         self._mark = (time, *self.position.tolist())
         if math.dist(self.position, self._waits[1:]) > WAITS_WITHIN_M:
             self._waits, self._next_put_off = self._mark, time + PUT_OFF_AFTER_S
@@ -217,12 +217,12 @@ class Pilot:
         return 0.0, 0.0
 
     def _leave(self, other: Pilot, time: float) -> None:
-        """Set out for a place where it is not in the other's way, if there is one."""
-        path = find_refuge(self.ways.prices, self.position, other.position, other.ahead)
+        """Set out for a refuge off the path of the other robot, if there is one."""
+        path = find_refuge(self.planner.prices, self.position, other.position, other.ahead)
         if path is not None:
-            self._refuge, self._aside_until = Follower(path), time + ASIDE_S
+            self._refuge, self._aside_until = PathFollower(path), time + ASIDE_S
 
-    def _step_aside(self, refuge: Follower, pose: NDArray[np.float64], time: float) -> tuple[float, float]:
+    def _step_aside(self, refuge: PathFollower, pose: NDArray[np.float64], time: float) -> tuple[float, float]:
         is_there = bool(np.hypot(*(refuge.end - self.position)) < ARRIVED_M)
         is_clear = self._way is None or self.other is None or not is_in_the_way(self._way.rest, self.other.position)
         if time > self._aside_until or (is_there and (is_clear or self.is_done)):
@@ -232,7 +232,7 @@ class Pilot:
         return (0.0, 0.0) if is_there else self.steering.command(pose, refuge.target(self.position))
 
     def _make_room(self, pose: NDArray[np.float64], time: float) -> tuple[float, float]:
-        """Stand where it ended, unless the other robot wants to pass."""
+        """Stand still, unless the other robot wants to pass."""
         other = self.other
         if other is not None and time >= self._next_detour and self._is_near(NEAR_M):
             self._next_detour = time + DETOUR_EVERY_S

@@ -1,4 +1,4 @@
-"""How a robot follows a path: it turns towards a point of it a little ahead."""
+"""Path tracking: a robot steers to a point of its path a little ahead (pure pursuit)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LOOK_AHEAD_M = 0.45
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Steering:
-    """A follower of paths for a differential drive: turn towards a point ahead, slow down where it lies aside.
+    """Path-tracking controller of a differential drive: turn towards a point ahead, slow down where it lies aside.
 
     Parameters
     ----------
@@ -38,9 +38,9 @@ class Steering:
 def look_ahead(
     path: NDArray[np.float64], position: NDArray[np.float64], reached: int
 ) -> tuple[NDArray[np.float64], int]:
-    """Return the point of a path to steer to, and the index of the path's point nearest to the position.
+    """Return the point of a path to steer to, and the index of the point of the path nearest to the position.
 
-    `reached` is the index found before: the search never goes back and looks at the next two metres only.
+    `reached` is the last such index: the search covers the next two metres only and never goes back.
     """
     window = path[reached : reached + 20]
     nearest = reached + int(np.argmin(np.hypot(window[:, 0] - position[0], window[:, 1] - position[1])))
@@ -48,21 +48,21 @@ def look_ahead(
     return path[aim], nearest
 
 
-class Follower:
-    """A path and how far along it a robot has come."""
+class PathFollower:
+    """Progress of a robot along a path."""
 
     def __init__(self, path: NDArray[np.float64]) -> None:
         self._path, self._at = path, 0
 
     @property
     def end(self) -> NDArray[np.float64]:
-        """The last waypoint, (2,)."""
+        """Last waypoint, (2,)."""
         last: NDArray[np.float64] = self._path[-1]
         return last
 
     @property
     def rest(self) -> NDArray[np.float64]:
-        """The waypoints that lie ahead, (N, 2)."""
+        """Waypoints ahead, (N, 2)."""
         return self._path[self._at :]
 
     def target(self, position: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,6 +1,6 @@
-"""How a robot tours rooms: which rooms, in which order, and from which start.
+"""Tours of rooms: the rooms, their order, and the starts of two robots.
 
-The tours are planned on the true plan and driven by true poses: they stand for an operator who knows the building.
+Tours are planned on the true plan and driven by true poses, as by an operator who knows the building.
 """
 
 from __future__ import annotations
@@ -13,7 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import SimulationError
-from sim.motion.driving import DriveField, Ways, cell_at, cell_centre, cell_centres, disc, nearest_cell, standing_spot
+from sim.motion.driving import (
+    DriveField,
+    PathPlanner,
+    cell_at,
+    cell_centre,
+    cell_centres,
+    disc_mask,
+    find_standing_spot,
+    nearest_cell,
+)
 from sim.world import Room, World, covers
 
 SECOND_LOOK_M2 = 22.0  # rooms larger than this are looked at from a second spot
@@ -32,14 +41,14 @@ def share_rooms(world: World, share: float, *, from_left: bool) -> tuple[Room, .
     share
         Of the number of rooms, 0..1.
     from_left
-        Which end to begin at; the shares of two robots overlap where they add up to more than 1.
+        End of the building to begin at; the shares of two robots overlap where they add up to more than 1.
     """
     rooms = sorted(world.rooms, key=lambda room: float(room.outline.mean(axis=0)[0]), reverse=not from_left)
     return tuple(rooms[: max(2, min(len(rooms), round(share * len(rooms))))])
 
 
 def find_stops(drive: DriveField, rooms: Sequence[Room], rng: np.random.Generator) -> list[Stop]:
-    """Choose where to look around in each room that can be entered; in a large one from two spots, the second drawn.
+    """Choose a stop in each room that can be entered, and two in a large one, the second at random.
 
     Raises
     ------
@@ -57,7 +66,7 @@ def find_stops(drive: DriveField, rooms: Sequence[Room], rng: np.random.Generato
 def _spots(drive: DriveField, room: Room, rng: np.random.Generator) -> list[NDArray[np.float64]]:
     first: NDArray[np.float64] | None = room.spot
     if nearest_cell(drive.is_drivable, room.spot) != cell_at(room.spot):  # what only this visit finds may stand there
-        first = standing_spot(drive, room)
+        first = find_standing_spot(drive, room)
     if first is None:
         return []
     if room.area_m2 < SECOND_LOOK_M2:
@@ -69,31 +78,31 @@ def _spots(drive: DriveField, room: Room, rng: np.random.Generator) -> list[NDAr
     return [first] if not len(choice) else [first, choice[int(rng.integers(len(choice)))]]
 
 
-def starts_apart(
-    drive: DriveField, ways: Ways, apart: float, rng: np.random.Generator
+def choose_starts(
+    drive: DriveField, planner: PathPlanner, apart: float, rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Choose where two robots start: one at an end of the building, the other at a share of the way to the other end.
+    """Choose the starts of two robots: one at an end of the building, the other at a share of the way to the other end.
 
     Parameters
     ----------
     drive, ways
-        Where they can drive.
+        Drive field and path planner.
     apart
-        0 for side by side, 1 for as far as can be.
+        Separation: 0 for side by side, 1 for as far as possible.
     rng
-        Of the choice.
+        Source of the choice.
     """
     rows, cols = np.nonzero(drive.is_drivable & (drive.clearance >= min(0.5, drive.clearance[drive.is_drivable].max())))
     spots = cell_centres(rows, cols)
     anywhere = spots[int(rng.integers(len(spots)))]
-    first: Point = spots[int(np.argmax(ways.costs(anywhere)[rows, cols]))]
-    order = np.argsort(ways.costs(first)[rows, cols], kind="stable")
+    first: Point = spots[int(np.argmax(planner.costs(anywhere)[rows, cols]))]
+    order = np.argsort(planner.costs(first)[rows, cols], kind="stable")
     share = min(1.0, max(0.0, apart + rng.uniform(-0.05, 0.05)))
     return first, spots[order[round(share * (len(order) - 1))]]
 
 
 def keep_apart(drive: DriveField, start: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Move a start out of another robot's way where it is too near.
+    """Move a start away from another robot where it is too near.
 
     Raises
     ------
@@ -102,33 +111,33 @@ def keep_apart(drive: DriveField, start: NDArray[np.float64], other: NDArray[np.
     """
     if np.hypot(*(start - other)) >= APART_M:
         return start
-    away = drive.is_drivable & ~disc(drive.is_drivable.shape, other, APART_M)
+    away = drive.is_drivable & ~disc_mask(drive.is_drivable.shape, other, APART_M)
     if not away.any():
         raise SimulationError("there is no place for a second robot in this world")
     row, col = nearest_cell(away, start)
     return cell_centre(row, col)
 
 
-def in_order(ways: Ways, stops: Sequence[Stop], first: int) -> list[Stop]:
-    """Sort stops so that, from the first one on, always the nearest comes next."""
+def order_by_nearest(planner: PathPlanner, stops: Sequence[Stop], first: int) -> list[Stop]:
+    """Sort stops so that, from the first on, the nearest comes next."""
     left = list(stops)
     order = [left.pop(first)]
     while left:
-        order.append(left.pop(nearest_stop(ways, left, order[-1][1])))
+        order.append(left.pop(nearest_stop(planner, left, order[-1][1])))
     return order
 
 
-def nearest_stop(ways: Ways, stops: Sequence[Stop], point: Point) -> int:
-    """Return the index of the stop to which the way from a point is shortest."""
-    return int(np.argmin([ways.cost_m(spot, point) for _, spot in stops]))
+def nearest_stop(planner: PathPlanner, stops: Sequence[Stop], point: Point) -> int:
+    """Return the index of the stop with the shortest path from a point."""
+    return int(np.argmin([planner.cost_m(spot, point) for _, spot in stops]))
 
 
-def shorten_round(ways: Ways, stops: Sequence[Stop]) -> list[Stop]:
-    """Shorten a round trip through all stops and back to the first by turning parts of it (2-opt).
+def shorten_round(planner: PathPlanner, stops: Sequence[Stop]) -> list[Stop]:
+    """Shorten a round trip through all stops by reversing parts of it (2-opt).
 
     In a building whose corridor is a ring the shortest round trip goes round it.
     """
-    apart = np.array([[ways.cost_m(p, q) for _, p in stops] for _, q in stops])
+    apart = np.array([[planner.cost_m(p, q) for _, p in stops] for _, q in stops])
     order, is_better = list(range(len(stops))), True
     while is_better:
         is_better = False
@@ -143,19 +152,19 @@ def shorten_round(ways: Ways, stops: Sequence[Stop]) -> list[Stop]:
 
 @dataclass(slots=True, eq=False)
 class Tour:
-    """Guides one robot through its stops, in order.
+    """Guide of one robot through its stops, in order.
 
     Parameters
     ----------
     ways
-        Where it can drive.
+        Path planner.
     stops
-        Where it looks around.
+        Stops, in order.
     home
-        Where it returns at the end; None where it does not.
+        Start to return to at the end; None for no return.
     """
 
-    ways: Ways
+    planner: PathPlanner
     stops: list[Stop]
     home: NDArray[np.float64] | None = None
     visited: list[str] = field(default_factory=list)
@@ -165,27 +174,27 @@ class Tour:
 
     @property
     def goal(self) -> str:
-        """Where it is going, for people."""
+        """Name of the next goal, for notes."""
         return self.stops[0][0] if self.stops else "its start"
 
     @property
     def faces(self) -> NDArray[np.float64] | None:
-        """Where to look from a stop: anywhere."""
+        """Point to look at from a stop: None, any direction will do."""
         return None
 
-    def look(self) -> bool:
-        """Tell whether the way should be planned anew: what a scan shows does not change a tour."""
+    def is_path_outdated(self) -> bool:
+        """Return False: scans do not change a tour."""
         return False
 
     def path(
         self, position: NDArray[np.float64], blocked: NDArray[np.bool_] | None = None
     ) -> NDArray[np.float64] | None:
-        """Plan the way to the next stop or home, off blocked cells (H, W); None where there is none."""
+        """Plan the path to the next stop or home, off blocked cells (H, W); None where there is none."""
         target = self.stops[0][1] if self.stops else self.home
-        return None if target is None else self.ways.path(position, target, blocked)
+        return None if target is None else self.planner.path(position, target, blocked)
 
     def arrive(self) -> None:
-        """Take note of the stop and turn to the next."""
+        """Record the stop and go on to the next."""
         if self.stops:
             self.visited.append(self.stops.pop(0)[0])
         else:
@@ -206,36 +215,36 @@ class Tour:
         self.is_done = not self.stops and self.home is None
 
     def finish(self) -> None:
-        """Leave the other stops out: go home, or end here."""
+        """Drop the other stops: go home, or end here."""
         self.stops = []
         self.is_done = self.home is None
 
 
 def make_tour(
-    ways: Ways, stops: Sequence[Stop], start: Point, *, closes_loop: bool = False, rival: Point | None = None
+    planner: PathPlanner, stops: Sequence[Stop], start: Point, *, closes_loop: bool = False, rival: Point | None = None
 ) -> Tour:
     """Plan a tour of stops.
 
     Parameters
     ----------
     ways
-        Where the robot can drive.
+        Path planner.
     stops
-        Where it looks around.
+        Stops, in order.
     start
-        Where it starts: the nearest stop is the first, and then the nearest is always the next.
+        Start of the robot: the nearest stop comes first, then always the nearest of the others.
     closes_loop
         Whether it tours the stops in a round and returns to its start.
     rival
-        Where the other robot starts, if what is nearer to that comes last; None where it does not matter.
+        Start of the other robot: stops nearer to it come last; None for no such preference.
     """
-    mine = [s for s in stops if rival is None or ways.cost_m(s[1], start) <= ways.cost_m(s[1], rival)]
-    others = [s for s in stops if not any(s is one for one in mine)]
+    mine = [s for s in stops if rival is None or planner.cost_m(s[1], start) <= planner.cost_m(s[1], rival)]
+    others = [s for s in stops if not any(s is stop for stop in mine)]
     order: list[Stop] = []
     for part in (mine, others):
         at = order[-1][1] if order else start
         if part:
-            order += in_order(ways, part, nearest_stop(ways, part, at))
+            order += order_by_nearest(planner, part, nearest_stop(planner, part, at))
     if closes_loop:
-        return Tour(ways, shorten_round(ways, order), start)
-    return Tour(ways, order)
+        return Tour(planner, shorten_round(planner, order), start)
+    return Tour(planner, order)

@@ -1,1 +1,1 @@
-"""Laser scanners."""
+"""Laser scanners and ray casting."""

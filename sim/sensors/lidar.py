@@ -1,4 +1,7 @@
-"""A planar laser scanner: where its beams point, how its readings differ from the truth, and scanners as they are."""
+"""Planar laser scanners: directions of their beams, errors of their readings, and profiles of products.
+
+To add a scanner, add a line to `LIDARS`.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +21,8 @@ GLASS_DEG = 5.0  # a pane sends light back to the scanner about its normal only
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reading:
-    """What the beams of one scan truly meet.
+class RayHits:
+    """True distances along the beams of one scan.
 
     Parameters
     ----------
@@ -35,7 +38,7 @@ class Reading:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lidar:
-    """A scanner; the defaults are those of the RPLidar class, without mixed pixels.
+    """Laser scanner; the defaults are those of the RPLidar class, without mixed pixels.
 
     Parameters
     ----------
@@ -52,11 +55,11 @@ class Lidar:
     dropout
         Probability that a beam returns nothing.
     mixed_pixels
-        Probability that a beam beside a jump of more than 0.3 m falls on both surfaces and reports a range between.
+        Probability that a beam next to a jump of more than 0.3 m falls on both surfaces and reports a range between.
     glass_return
-        Probability that a pane which a beam meets within 5 degrees of its normal is what the beam reports.
+        Probability that a beam reports a pane that it meets within 5 degrees of its normal.
     height_m
-        Of the plane of the beams above the floor, where the robot carries the scanner.
+        Height of the plane of the beams above the floor.
 
     Raises
     ------
@@ -125,15 +128,15 @@ class Lidar:
         *,
         level: float = 1.0,
     ) -> NDArray[np.float64]:
-        """Report ranges with noise, dropouts, mixed pixels and what panes send back.
+        """Report ranges with noise, dropouts, mixed pixels and returns from glass.
 
         Parameters
         ----------
         ranges, glass
-            True distances to what is solid and to panes before it, shape (..., beams), metres, inf where there is
-            nothing; None for a world without glass.
+            True distances to solid surfaces and to panes before them, shape (..., beams), metres, inf where there is
+            none; None for a world without glass.
         rng
-            Of the noise.
+            Source of the noise.
         level
             Multiplies noise, dropouts and mixed pixels; 0 is an exact scanner, which sees through all glass.
 
@@ -159,32 +162,32 @@ class Lidar:
         return np.where(lost < level * self.dropout, np.nan, self.limit(seen + level * sigma * normal))
 
     def _incidence(self, glass: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Angles between beams and the normal of their pane, radians; a right angle where no neighbour meets one."""
+        """Return the angles between beams and the normal of their pane, radians; a right angle without a neighbour."""
         met = np.where(np.isfinite(glass), glass, 0.0)
         angle = np.full(glass.shape, np.pi / 2)
         for side in (-1, 1):
-            beside = self._beside(met, side, 0.0)
-            ahead = np.abs(beside * math.cos(self._step) - met)  # of the chord between both points on the pane
-            angle = np.minimum(angle, np.arctan2(ahead, beside * math.sin(self._step)))
+            neighbour = self._neighbours(met, side, 0.0)
+            ahead = np.abs(neighbour * math.cos(self._step) - met)  # of the chord between both points on the pane
+            angle = np.minimum(angle, np.arctan2(ahead, neighbour * math.sin(self._step)))
         return angle
 
     def _across_a_jump(self, ranges: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The range of the neighbour that is furthest away in range; inf where none is beyond a jump."""
+        """Return the range of the neighbour that differs most in range; inf where none is beyond a jump."""
         met = np.where(ranges <= self.max_range_m, ranges, np.nan)
         other, jump = np.full(ranges.shape, np.inf), np.full(ranges.shape, JUMP_M)
         for side in (-1, 1):
-            beside = self._beside(met, side, np.nan)
-            apart = np.abs(beside - met)
-            other = np.where(apart > jump, beside, other)
+            neighbour = self._neighbours(met, side, np.nan)
+            apart = np.abs(neighbour - met)
+            other = np.where(apart > jump, neighbour, other)
             jump = np.fmax(apart, jump)
         return other
 
-    def _beside(self, values: NDArray[np.float64], side: int, beyond: float) -> NDArray[np.float64]:
-        """The values of the beams on one side; a scanner that looks all round has no last beam."""
-        beside = np.roll(values, side, axis=-1)
+    def _neighbours(self, values: NDArray[np.float64], side: int, beyond: float) -> NDArray[np.float64]:
+        """Return the values of the neighbours on one side; a scanner of 360 degrees has no last beam."""
+        neighbours = np.roll(values, side, axis=-1)
         if self.fov_deg < 360:
-            beside[..., 0 if side > 0 else -1] = beyond
-        return beside
+            neighbours[..., 0 if side > 0 else -1] = beyond
+        return neighbours
 
 
 # Read in Slamtec, "RPLIDAR A1 Introduction and Datasheet" (A1M8) and "RPLIDAR A2 Introduction and Datasheet" (A2M8,
@@ -218,8 +221,8 @@ LIDARS: Mapping[str, Lidar] = MappingProxyType(
 )  # fmt: skip
 
 
-def lidar_named(name: str) -> Lidar:
-    """Return the scanner with the name of a profile.
+def find_lidar(name: str) -> Lidar:
+    """Return the scanner of a named profile.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Laser rays without the physics engine: what `sim.bullet` casts, compiled, in the plane of the scanner."""
+"""Ray casting without the physics engine: compiled, in the plane of the scanner."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from sim._kernels import casting
-from sim.sensors.lidar import Reading
+from sim.sensors.lidar import RayHits
 from sim.world import Prism, World
 
 ROBOT_PARTS = ((0.05, 0.17, 0.17), (0.17, 0.65, 0.1))  # bottom, top and radius of body and mast, as in robot.urdf
@@ -18,19 +18,19 @@ BUCKET_M, MOST_BUCKETS = 0.4, 1_000_000
 
 
 class Caster:
-    """A world as a scanner at one height meets it, ready for rays.
+    """Ray caster over the section of a world at the height of a scanner.
 
     Parameters
     ----------
     world
-        What one robot finds: `World.at_visit`. Things of single visits are refused, since rays cannot tell whose.
+        World of one visit: `World.at_visit`. Objects of single visits are refused.
     height_m
-        Of the scanner above the floor.
+        Height of the scanner above the floor.
 
     Raises
     ------
     InputError
-        If the world still holds things of single visits.
+        If the world still holds objects of single visits.
 
     Notes
     -----
@@ -51,7 +51,7 @@ class Caster:
         angles: NDArray[np.float64],
         max_range_m: float,
         others: NDArray[np.float64],
-    ) -> Reading:
+    ) -> RayHits:
         """Cast rays from a pose.
 
         Parameters
@@ -76,11 +76,11 @@ class Caster:
         if len(others):
             casting.meet_circles(pose[0], pose[1], along, others[:, :2], self._radius, ranges)
             ranges[ranges >= max_range_m] = np.inf
-        return Reading(ranges, self._glass.meet(pose, along, np.minimum(ranges, max_range_m)))
+        return RayHits(ranges, self._glass.meet(pose, along, np.minimum(ranges, max_range_m)))
 
 
 class _Edges:
-    """The outlines of prisms at a height, sorted into square buckets."""
+    """Edges of the outlines of prisms at a height, sorted into square buckets."""
 
     def __init__(self, prisms: Sequence[Prism], height_m: float) -> None:
         cut = [p.outline for p in prisms if p.bottom <= height_m < p.top]
@@ -99,7 +99,7 @@ class _Edges:
     def meet(
         self, pose: NDArray[np.float64], along: NDArray[np.float64], reach: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return how far rays get before an edge, metres; inf where there is none within reach."""
+        """Return the distances of rays to the nearest edge, metres; inf where there is none within reach."""
         if self._is_empty:
             return np.full(len(along), np.inf)
         x, y = (pose[:2] - self._low) / self._bucket

@@ -1,4 +1,4 @@
-"""Loop closure: a robot that knows a place again bends its path so that both visits agree (graph SLAM)."""
+"""Loop closure by pose-graph optimisation: a scan that matches an old place corrects the path."""
 
 from __future__ import annotations
 
@@ -10,24 +10,27 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from sim._kernels.pose_graph import solve_profile
-from sim.slam.odometry import between, compose, wrapped
+from sim.slam.poses import compose_poses, relative_poses, wrap_angles
 from sim.slam.scan_matching import GrowingMap, scan_hits
 
-RECENT = 25  # key scans that are no loop yet, and those that the robot's map begins anew with
-AROUND = 8  # key scans before and after an old one that together make the map which the new one is laid on
-NEAR_M = 2.5  # between a key scan and an old one that it may know again
+RECENT = 25  # newest key scans: they are no loop yet, and a new map begins with them
+AROUND = 8  # key scans before and after an old one that make the map to match with
+NEAR_M = 2.5  # largest distance between a key scan and an old one that it may match
 WINDOW_M, WINDOW_RAD = 1.5, math.radians(15.0)
-TRUST = (0.05, 0.5)  # in the present poses: what a place must fit better per m^2 and rad^2 that it is off
-KNOWN_AGAIN, GRIPS = 0.6, 0.25  # score and grip from which the old place is believed: not along a bare corridor
+PRIOR_WEIGHTS = (0.05, 0.5)  # of the present pose: score that a match must gain per m^2 and rad^2 of departure
+LEAST_SCORE, LEAST_CONDITIONING = (
+    0.6,
+    0.25,
+)  # of a match that is accepted: none along a bare corridor
 STEP_STD, LINK_STD = np.array([0.03, 0.03, 0.01]), np.array([0.03, 0.03, 0.007])  # metres, metres, radians
-AGREES_M, AGREES_RAD = 0.05, math.radians(0.5)  # a link that tells no more than this changes nothing
-CONTRADICTS = 8.0  # standard deviations that no link may be stretched by
+AGREES_M, AGREES_RAD = 0.05, math.radians(0.5)  # a smaller correction changes nothing
+CONTRADICTS = 8.0  # largest residual of a link, standard deviations
 ROUNDS, ENOUGH = 15, 1e-3  # metres, radians
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Links:
-    """What is known of pairs of poses.
+    """Links of a pose graph: measured relative poses between pairs of poses.
 
     Parameters
     ----------
@@ -43,13 +46,15 @@ class Links:
     motions: NDArray[np.float64]
     stds: NDArray[np.float64]
 
-    def stretch(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return by how much poses (K, 3) depart from the links, in standard deviations, shape (E, 3)."""
-        return between(self.motions, between(poses[self.pairs[:, 0]], poses[self.pairs[:, 1]])) / self.stds
+    def residuals(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the residuals of the links at poses (K, 3), in standard deviations, shape (E, 3)."""
+        return (
+            relative_poses(self.motions, relative_poses(poses[self.pairs[:, 0]], poses[self.pairs[:, 1]])) / self.stds
+        )
 
 
 def solve_graph(poses: NDArray[np.float64], links: Links) -> NDArray[np.float64]:
-    """Move poses so that the links between them are stretched least, in squares; the first stays.
+    """Find the poses with the least squared residuals of the links; the first pose stays.
 
     Parameters
     ----------
@@ -66,7 +71,7 @@ def solve_graph(poses: NDArray[np.float64], links: Links) -> NDArray[np.float64]
     Raises
     ------
     InputError
-        If a link names no pose, or some pose hangs on no link.
+        If a link names no pose, or a pose has no link.
 
     Notes
     -----
@@ -80,20 +85,20 @@ def solve_graph(poses: NDArray[np.float64], links: Links) -> NDArray[np.float64]
     for _ in range(ROUNDS):
         system, right = _normal_equations(poses, links)
         if not solve_profile(system, right):
-            raise InputError("a pose of the graph hangs on no link")
+            raise InputError("a pose of the graph has no link")
         step = right.reshape(-1, 3)
         poses[1:] += step
-        poses[:, 2] = wrapped(poses[:, 2])
+        poses[:, 2] = wrap_angles(poses[:, 2])
         if np.abs(step).max(initial=0.0) < ENOUGH:
             break
     return poses
 
 
 def _normal_equations(poses: NDArray[np.float64], links: Links) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return J^T J, and -J^T e of the stretched links, for all poses but the first."""
+    """Return J^T J and -J^T e of the links, for all poses but the first."""
     count, first, second = len(poses), links.pairs[:, 0], links.pairs[:, 1]
     of_first, of_second = _jacobians(poses[first], poses[second], links)
-    error = links.stretch(poses)
+    error = links.residuals(poses)
     system, right = np.zeros((count, count, 3, 3)), np.zeros((count, 3))
     ends = ((first, of_first), (second, of_second))
     for p, of_p in ends:
@@ -108,7 +113,7 @@ def _normal_equations(poses: NDArray[np.float64], links: Links) -> tuple[NDArray
 def _jacobians(
     first: NDArray[np.float64], second: NDArray[np.float64], links: Links
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Derivatives of the stretch by the first and by the second pose, each (E, 3, 3)."""
+    """Return the derivatives of the residuals by the first and by the second pose, each (E, 3, 3)."""
     d = second - first
     yaw = first[:, 2] + links.motions[:, 2]
     cos, sin = np.cos(yaw), np.sin(yaw)
@@ -122,36 +127,38 @@ def _jacobians(
     return of_first / links.stds[:, :, None], of_second / links.stds[:, :, None]
 
 
-def carry(trail: NDArray[np.float64], kept: NDArray[np.int64], poses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Carry all poses along with those that a graph has moved.
+def propagate_corrections(
+    trail: NDArray[np.float64], kept: NDArray[np.int64], poses: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Propagate the corrections of the poses in a graph to all poses.
 
     Parameters
     ----------
     trail
         Poses as they followed from one another, without any correction, shape (S, 3).
     kept
-        Which of them are in the graph, ascending, shape (K,), K >= 1.
+        Indices of the poses in the graph, ascending, shape (K,), K >= 1.
     poses
-        Where the graph has put those, shape (K, 3).
+        Those poses after the correction, shape (K, 3).
 
     Returns
     -------
     NDArray
-        Shape (S, 3): each pose between two that were moved is moved in between, by its share of the way in scans.
+        Shape (S, 3): poses between two of the graph are corrected by interpolation over the scans.
     """
     scans = np.arange(len(trail))
     before = np.maximum(np.searchsorted(kept, scans, side="right") - 1, 0)
     after = np.minimum(before + 1, len(kept) - 1)
     share = (scans - kept[before]) / np.maximum(kept[after] - kept[before], 1)
     share = np.clip(share, 0.0, 1.0)[:, None]
-    from_before, from_after = (compose(poses[k], between(trail[kept[k]], trail)) for k in (before, after))
+    from_before, from_after = (compose_poses(poses[k], relative_poses(trail[kept[k]], trail)) for k in (before, after))
     carried: NDArray[np.float64] = from_before + share * (from_after - from_before)
-    carried[:, 2] = wrapped(from_before[:, 2] + share[:, 0] * wrapped(from_after[:, 2] - from_before[:, 2]))
+    carried[:, 2] = wrap_angles(from_before[:, 2] + share[:, 0] * wrap_angles(from_after[:, 2] - from_before[:, 2]))
     return carried
 
 
 class KeyScans:
-    """The scans that a robot keeps, linked into a graph of their poses.
+    """Key scans of a robot, linked into a pose graph.
 
     Parameters
     ----------
@@ -160,7 +167,7 @@ class KeyScans:
     max_range_m
         How far a beam that met nothing has seen.
     resolution_m
-        Of the maps that old places are known again by.
+        Cells of the maps that old places are matched with.
     beams
         At most so many readings of a scan are compared.
     """
@@ -172,17 +179,17 @@ class KeyScans:
         self._links = Links(np.empty((0, 2), dtype=np.int64), np.empty((0, 3)), np.empty((0, 3)))
 
     def add(self, pose: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
-        """Keep a scan (B,) at a pose (3,), linked to the one before."""
+        """Keep a scan (B,) at a pose (3,), linked to the scan before."""
         self.poses = np.concatenate([self.poses, pose[None]])
         self.scans.append(ranges)
         if len(self.poses) > 1:
             last = len(self.poses) - 1
-            self._links = self._with_link(last - 1, last, between(self.poses[-2], pose), STEP_STD)
+            self._links = self._with_link(last - 1, last, relative_poses(self.poses[-2], pose), STEP_STD)
 
-    def close(self) -> bool:
-        """Look whether the newest scan shows a place of long before; if so, move all poses and tell.
+    def close_loop(self) -> bool:
+        """Match the newest scan with an old place; return True where that has corrected the poses.
 
-        The old place is the nearest by the present poses; what it looked like is laid out from the key scans around it.
+        The old place is the nearest by the present poses, and its map is made of the key scans around it.
         """
         newest = len(self.poses) - 1
         old = self._nearest_old()
@@ -190,31 +197,33 @@ class KeyScans:
         if old is None or not len(points):
             return False
         scans = np.arange(max(0, old - AROUND), min(newest - RECENT, old + AROUND) + 1)
-        place = self.lay_out(scans)
-        found = place.match(points, self.poses[-1], window_m=WINDOW_M, window_rad=WINDOW_RAD, trust=TRUST)
-        if found.score < KNOWN_AGAIN or found.grip < GRIPS:
+        place = self.make_map(scans)
+        match = place.match(
+            points, self.poses[-1], window_m=WINDOW_M, window_rad=WINDOW_RAD, prior_weights=PRIOR_WEIGHTS
+        )
+        if match.score < LEAST_SCORE or match.conditioning < LEAST_CONDITIONING:
             return False
-        links = self._with_link(old, newest, between(self.poses[old], found.pose), LINK_STD)
-        gap = between(self.poses[-1], found.pose)
+        links = self._with_link(old, newest, relative_poses(self.poses[old], match.pose), LINK_STD)
+        gap = relative_poses(self.poses[-1], match.pose)
         if math.hypot(gap[0], gap[1]) < AGREES_M and abs(gap[2]) < AGREES_RAD:
             self._links = links
             return False
         poses = solve_graph(self.poses, links)
-        if np.abs(links.stretch(poses)).max() > CONTRADICTS:
+        if np.abs(links.residuals(poses)).max() > CONTRADICTS:
             return False
         self.poses, self._links = poses, links
         return True
 
-    def lay_out(self, scans: NDArray[np.int64]) -> GrowingMap:
+    def make_map(self, scans: NDArray[np.int64]) -> GrowingMap:
         """Make a map of some of the scans."""
-        made = GrowingMap(self._resolution_m)
-        self.put_into(made, scans)
-        return made
+        grid = GrowingMap(self._resolution_m)
+        self.add_to_map(grid, scans)
+        return grid
 
-    def put_into(self, made: GrowingMap, scans: NDArray[np.int64]) -> None:
+    def add_to_map(self, grid: GrowingMap, scans: NDArray[np.int64]) -> None:
         """Add some of the scans to a map."""
         ranges = np.array([self.scans[k] for k in scans])
-        made.insert(self.poses[scans], self._angles, ranges, self._max_range_m)
+        grid.insert(self.poses[scans], self._angles, ranges, self._max_range_m)
 
     def _nearest_old(self) -> int | None:
         distance = np.hypot(*(self.poses[:-RECENT, :2] - self.poses[-1, :2]).T)

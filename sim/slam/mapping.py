@@ -67,7 +67,7 @@ def build_map(
     resolution
         Metres per cell.
     max_range_m
-        How far a beam that met nothing has seen.
+        Range up to which a beam without a hit shows free space.
     frame
         Pose (x, y, yaw) of the map frame in the frame of `poses`.
     hit, miss
@@ -115,14 +115,14 @@ def growing_maps(
     hit: float = HIT,
     miss: float = MISS,
 ) -> Iterator[OccupancyGrid]:
-    """Build the maps that a robot has after so many of its scans, each as `build_map` makes it of these alone.
+    """Build the maps of the first scans, for several numbers of scans, each as `build_map` does.
 
     Parameters
     ----------
     poses, angles, ranges, resolution, max_range_m, frame, hit, miss
         As `build_map` has them.
     counts
-        How many of the scans each map is made from, ascending; among them is a reading.
+        Numbers of scans that the maps are made from, ascending; each has a reading.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Where wheels say a robot is: the velocity motion model of Thrun, Burgard and Fox, applied to its true motion."""
+"""Wheel odometry: the velocity motion model of Thrun, Burgard and Fox, applied to a true motion."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
+from sim.slam.poses import chain_poses, relative_poses
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WheelNoise:
-    """How wrong wheels are: the alphas of the velocity motion model.
+    """Noise of wheel odometry: the alphas of the velocity motion model.
 
     The defaults are those of an ordinary indoor robot: after 10 m straight on it is off by 2 % along its way and by
     3 degrees, and after a full turn on the spot by 4 degrees (standard deviations).
@@ -46,19 +47,19 @@ class WheelNoise:
                 raise InputError(f"{field.name} must be a finite number >= 0, got {value}")
 
 
-def drive_blind(
+def simulate_odometry(
     poses: NDArray[np.float64], rng: np.random.Generator, *, noise: WheelNoise | None = None, level: float = 1.0
 ) -> NDArray[np.float64]:
-    """Integrate what the wheels report of a true motion, from the true first pose.
+    """Integrate the noisy odometry of a true motion, from the true first pose.
 
     Parameters
     ----------
     poses
         True poses (x, y, yaw) at successive scans, shape (S, 3), metres and radians.
     rng
-        Of the noise.
+        Source of the noise.
     noise
-        How wrong the wheels are; `WheelNoise()` where nothing is given.
+        Noise of the wheels; `WheelNoise()` where nothing is given.
     level
         Multiplies the standard deviations; 0 returns the true poses.
 
@@ -84,18 +85,18 @@ def drive_blind(
         raise InputError(f"poses have shape (S, 3) with S >= 1, got {poses.shape}")
     if not (math.isfinite(level) and level >= 0):
         raise InputError(f"level must be a finite number >= 0, got {level}")
-    along, turn, shift = velocities(poses)
+    along, turn, shift = recover_arcs(poses)
     spread = np.stack([np.abs(along), np.abs(turn)], axis=-1)  # (S-1, 2)
     alphas = np.array(astuple(noise or WheelNoise())).reshape(3, 2)
     wrong = level * np.sqrt(spread @ alphas.T) * rng.standard_normal((len(turn), 3))  # table 5.3, lines 2-4
     seen_turn = turn + wrong[:, 1]
-    steps = arc(along + wrong[:, 0], seen_turn)
+    steps = arc_ends(along + wrong[:, 0], seen_turn)
     steps[:, :2] += shift
     steps[:, 2] += wrong[:, 2]  # table 5.3, line 7: gamma
-    return chain(poses[0], steps)
+    return chain_poses(poses[0], steps)
 
 
-def velocities(
+def recover_arcs(
     poses: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Recover the arcs of a motion (table 5.1).
@@ -108,47 +109,16 @@ def velocities(
     Returns
     -------
     along, turn, shift
-        Signed length of each arc, shape (S-1,), metres; its turn, radians in -pi..pi; and what the arc leaves of the
-        displacement, shape (S-1, 2), metres in the frame of the pose before.
+        Signed length of each arc, shape (S-1,), metres; its turn, radians in -pi..pi; and the displacement that the
+        arc leaves, shape (S-1, 2), metres in the frame of the pose before.
     """
-    step = between(poses[:-1], poses[1:])
-    unit = arc(np.ones(len(step)), step[:, 2])[:, :2]  # of an arc of 1 m
+    step = relative_poses(poses[:-1], poses[1:])
+    unit = arc_ends(np.ones(len(step)), step[:, 2])[:, :2]  # of an arc of 1 m
     along = (step[:, :2] * unit).sum(axis=1) / (unit**2).sum(axis=1)
     return along, step[:, 2], step[:, :2] - along[:, None] * unit
 
 
-def arc(along: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.float64]:
+def arc_ends(along: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the poses (N, 3) at the ends of arcs from the origin, of signed lengths and turns (N,)."""
     chord = along * np.sinc(turn / (2 * np.pi))
     return np.stack([chord * np.cos(turn / 2), chord * np.sin(turn / 2), turn], axis=-1)
-
-
-def chain(start: NDArray[np.float64], steps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Lay steps (N, 3), each in the frame of the pose before it, end to end from a pose (3,); returns (N+1, 3)."""
-    yaw = start[2] + np.concatenate([[0.0], np.cumsum(steps[:, 2])])
-    cos, sin = np.cos(yaw[:-1]), np.sin(yaw[:-1])
-    x = start[0] + np.concatenate([[0.0], np.cumsum(cos * steps[:, 0] - sin * steps[:, 1])])
-    y = start[1] + np.concatenate([[0.0], np.cumsum(sin * steps[:, 0] + cos * steps[:, 1])])
-    return np.stack([x, y, wrapped(yaw)], axis=-1)
-
-
-def between(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return poses (..., 3) `second` in the frame of poses `first`."""
-    d = second - first
-    cos, sin = np.cos(first[..., 2]), np.sin(first[..., 2])
-    x, y = cos * d[..., 0] + sin * d[..., 1], cos * d[..., 1] - sin * d[..., 0]
-    return np.stack([x, y, wrapped(d[..., 2])], axis=-1)
-
-
-def compose(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return poses (..., 3) `second`, given in the frame of poses `first`, in the frame that those are given in."""
-    cos, sin = np.cos(first[..., 2]), np.sin(first[..., 2])
-    x = first[..., 0] + cos * second[..., 0] - sin * second[..., 1]
-    y = first[..., 1] + sin * second[..., 0] + cos * second[..., 1]
-    return np.stack([x, y, wrapped(first[..., 2] + second[..., 2])], axis=-1)
-
-
-def wrapped(angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Bring angles into -pi..pi."""
-    turned: NDArray[np.float64] = np.arctan2(np.sin(angle), np.cos(angle))
-    return turned

@@ -1,4 +1,4 @@
-"""Where a robot believes it was at each scan: the truth, its wheels, or its own mapping."""
+"""Sources of the poses of scans: the truth, wheel odometry, or SLAM."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
-from sim.slam.loop_closure import RECENT, KeyScans, carry
-from sim.slam.odometry import between, compose, drive_blind
+from sim.slam.loop_closure import RECENT, KeyScans, propagate_corrections
+from sim.slam.odometry import simulate_odometry
+from sim.slam.poses import compose_poses, relative_poses
 from sim.slam.scan_matching import scan_hits
 
 PoseSource = Literal["truth", "odometry", "slam"]
 
-FEWEST_POINTS = 12  # a scan with fewer says nothing about where it was made
-STILL_M, STILL_RAD = 0.01, math.radians(0.3)  # a robot that moved less stays where its wheels say
-TRUST = (5.0, 4.0)  # in the wheels: share of the scan that must fit better per m^2 and per rad^2 of departure
+FEWEST_POINTS = 12  # a scan with fewer is not matched
+STILL_M, STILL_RAD = 0.01, math.radians(0.3)  # a smaller step is taken from the wheels
+PRIOR_WEIGHTS = (5.0, 4.0)  # of odometry: score that a match must gain per m^2 and per rad^2 of departure
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slam:
-    """How a robot maps: the settings by which two mappers differ.
+    """Settings of a mapper.
 
     Parameters
     ----------
@@ -35,11 +36,11 @@ class Slam:
     beams
         At most so many readings of a scan are matched, spread evenly over it.
     window_m, window_deg
-        How far from its wheels' estimate a scan may lie, each way.
+        Largest departure of a scan from odometry, each way.
     fewest_share
-        Mean of the map under a scan below which the robot believes its wheels, 0..1.
+        Score of a match below which the pose is taken from odometry, 0..1.
     wheel_level
-        Multiplies the wheels' error; 1 is `sim.slam.odometry.WheelNoise()`.
+        Multiplies the noise of odometry; 1 is `sim.slam.odometry.WheelNoise()`.
 
     Raises
     ------
@@ -83,14 +84,14 @@ def estimate_poses(
     loop_closure: bool = False,
     slam: Slam | None = None,
 ) -> NDArray[np.float64]:
-    """Estimate the poses of one robot's scans as the robot itself would.
+    """Estimate the poses of the scans of one robot from its own data.
 
     Parameters
     ----------
     source
         ``"truth"``: the true poses, as from a motion capture system; its maps are rigid.
-        ``"odometry"``: the wheels alone (`sim.slam.odometry.drive_blind`). Errors grow without bound: a stress test.
-        ``"slam"``: each scan is matched against the map that the robot has made so far, from where its wheels say it is
+        ``"odometry"``: the wheels alone (`sim.slam.odometry.simulate_odometry`). Errors grow without bound.
+        ``"slam"``: each scan is matched with the map made so far, starting from odometry
         (`sim.slam.scan_matching`). Walls are sharp; rooms and corridors are bent against each other by a degree or so,
         corridors without features get shorter or longer, and now and then a map tears.
     poses
@@ -98,15 +99,15 @@ def estimate_poses(
     angles
         Beam directions from the heading, shape (B,), radians.
     ranges
-        What the scanner reported, shape (S, B), metres: inf where nothing is in reach, nan where there is no reading.
+        Readings of the scanner, shape (S, B), metres: inf where nothing is in reach, nan where there is no reading.
     max_range_m
-        How far a beam that met nothing has seen.
+        Range up to which a beam without a hit shows free space.
     rng
-        Of the wheels' errors; the same state gives the same bytes.
+        Source of the noise of odometry; the same state gives the same bytes.
     loop_closure
-        Whether the mapper bends its path when it knows a place again (`sim.slam.loop_closure`); only for ``"slam"``.
+        Whether the mapper closes loops (`sim.slam.loop_closure`); only for ``"slam"``.
     slam
-        The mapper's settings, and how wrong the wheels are; `Slam()` where nothing is given.
+        Settings of the mapper and level of the noise of odometry; `Slam()` where nothing is given.
 
     Returns
     -------
@@ -120,8 +121,8 @@ def estimate_poses(
 
     Notes
     -----
-    The mapper sees nothing of the true poses but what its wheels report; a scan without readings, or one that fits
-    nowhere, is placed by the wheels.
+    The mapper knows the true poses through odometry only; a scan without readings, or one that matches nowhere, is
+    placed by odometry.
     """
     if source not in get_args(PoseSource):
         raise InputError(f"source must be one of {', '.join(get_args(PoseSource))}, got {source!r}")
@@ -129,7 +130,7 @@ def estimate_poses(
     if source == "truth":
         return poses.copy()
     slam = slam or Slam()
-    blind = drive_blind(poses, rng, level=slam.wheel_level)
+    blind = simulate_odometry(poses, rng, level=slam.wheel_level)
     if source == "odometry":
         return blind
     return match_scans(blind, angles, ranges, max_range_m=max_range_m, loop_closure=loop_closure, slam=slam)
@@ -145,16 +146,16 @@ def match_scans(
     slam: Slam | None = None,
     on_scan: Callable[[], None] = lambda: None,
 ) -> NDArray[np.float64]:
-    """Estimate the poses of one robot's scans from what its wheels say and what it sees.
+    """Estimate the poses of the scans of one robot from odometry and readings.
 
     Parameters
     ----------
     odometry
-        Where the wheels say that the scanner was, (x, y, yaw), shape (S, 3), S >= 1, metres and radians.
+        Poses of the scanner by the wheels, (x, y, yaw), shape (S, 3), S >= 1, metres and radians.
     angles, ranges, max_range_m, loop_closure
         As `estimate_poses` has them.
     slam
-        The mapper's settings; `wheel_level` says nothing here. `Slam()` where nothing is given.
+        Settings of the mapper; `wheel_level` has no effect here. `Slam()` where nothing is given.
     on_scan
         Called after every scan but the first.
 
@@ -170,7 +171,7 @@ def match_scans(
     """
     _check(odometry, angles, ranges, max_range_m)
     mapper = _Mapper(slam or Slam(), angles, max_range_m, odometry[0], ranges[0], loop_closure)
-    for step, scan in zip(between(odometry[:-1], odometry[1:]), ranges[1:], strict=True):
+    for step, scan in zip(relative_poses(odometry[:-1], odometry[1:]), ranges[1:], strict=True):
         mapper.add(step, scan)
         on_scan()
     return mapper.poses()
@@ -188,7 +189,7 @@ def _check(
 
 
 class _Mapper:
-    """One robot that maps: its pose, its map, and the scans that it keeps."""
+    """Mapper of one robot: its pose, its map, and its key scans."""
 
     def __init__(
         self,
@@ -203,13 +204,13 @@ class _Mapper:
         self.pose, self.trail, self.kept = start, [start], [0]
         self.keys = KeyScans(angles, max_range_m, slam.resolution_m, slam.beams)
         self.keys.add(start, ranges)
-        self.map, self.map_from = self.keys.lay_out(np.array([0])), 0
+        self.map, self.map_from = self.keys.make_map(np.array([0])), 0
 
     def add(self, step: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
-        """Move by what the wheels say, look, and keep the scan where it is worth it."""
+        """Move by odometry, match the scan, and keep it where the robot has moved enough."""
         before, self.pose = self.pose, self._located(step, ranges)
-        self.trail.append(compose(self.trail[-1], between(before, self.pose)))
-        moved = between(self.keys.poses[-1], self.pose)
+        self.trail.append(compose_poses(self.trail[-1], relative_poses(before, self.pose)))
+        moved = relative_poses(self.keys.poses[-1], self.pose)
         far = math.hypot(moved[0], moved[1]) > self.slam.key_distance_m
         if far or abs(moved[2]) > math.radians(self.slam.key_turn_deg):
             self.kept.append(len(self.trail) - 1)
@@ -217,25 +218,27 @@ class _Mapper:
             self._renew_map()
 
     def poses(self) -> NDArray[np.float64]:
-        """Return where the robot now believes it was, shape (S, 3)."""
-        return carry(np.array(self.trail), np.array(self.kept), self.keys.poses)
+        """Return the present estimate of all poses, shape (S, 3)."""
+        return propagate_corrections(np.array(self.trail), np.array(self.kept), self.keys.poses)
 
     def _located(self, step: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArray[np.float64]:
-        guess = compose(self.pose, step)
+        guess = compose_poses(self.pose, step)
         points = scan_hits(self.angles, ranges, self.slam.beams)
         is_still = math.hypot(step[0], step[1]) < STILL_M and abs(step[2]) < STILL_RAD
         if is_still or len(points) < FEWEST_POINTS:
             return guess
         window_rad = math.radians(self.slam.window_deg)
-        found = self.map.match(points, guess, window_m=self.slam.window_m, window_rad=window_rad, trust=TRUST)
-        return found.pose if found.score >= self.slam.fewest_share else guess
+        match = self.map.match(
+            points, guess, window_m=self.slam.window_m, window_rad=window_rad, prior_weights=PRIOR_WEIGHTS
+        )
+        return match.pose if match.score >= self.slam.fewest_share else guess
 
     def _renew_map(self) -> None:
-        """Put the newest key scan into the map; one that closes loops forgets the old ones."""
+        """Add the newest key scan to the map; after a closed loop, begin a new map with the recent ones."""
         count = len(self.keys.poses)
-        if self.closes and (self.keys.close() or count - self.map_from > 2 * RECENT):
+        if self.closes and (self.keys.close_loop() or count - self.map_from > 2 * RECENT):
             self.pose = self.keys.poses[-1]
             self.map_from = max(0, count - RECENT)
-            self.map = self.keys.lay_out(np.arange(self.map_from, count))
+            self.map = self.keys.make_map(np.arange(self.map_from, count))
         else:
-            self.keys.put_into(self.map, np.array([count - 1]))
+            self.keys.add_to_map(self.map, np.array([count - 1]))

@@ -1,4 +1,4 @@
-"""Scan matching: a scan is laid on the map that its robot has made so far, by correlation and then Gauss-Newton."""
+"""Scan matching against the map made so far: correlation, then Gauss-Newton."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TURN_STEP = 0.7  # cells by which the farthest of the nearer half of the points 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanMatch:
-    """Best fit of a scan in a map.
+    """Pose of a scan in a map, and the quality of the match.
 
     Parameters
     ----------
@@ -33,18 +33,18 @@ class ScanMatch:
         (x, y, yaw), shape (3,).
     score
         Mean value of the map under the scan's points, 0..1: about 0.8 where all fits.
-    grip
-        How well the worse known direction of the position is known beside the better, 0..1: near 0 in a corridor
-        without features, where a scan fits anywhere along it.
+    conditioning
+        Inverse condition number of the position, 0..1: information in the worse known direction over that in the
+        better; near 0 in a corridor without features.
     """
 
     pose: NDArray[np.float64]
     score: float
-    grip: float
+    conditioning: float
 
 
 class GrowingMap:
-    """The map that a robot makes while it drives: log-odds, and the smooth field that scans are matched against.
+    """Map that grows with the scans: log-odds, and the smooth field that scans are matched with.
 
     Parameters
     ----------
@@ -87,21 +87,21 @@ class GrowingMap:
         *,
         window_m: float,
         window_rad: float,
-        trust: tuple[float, float] = (0.0, 0.0),
+        prior_weights: tuple[float, float] = (0.0, 0.0),
     ) -> ScanMatch:
-        """Find where a scan fits best near a guess.
+        """Match a scan near a guess.
 
         Parameters
         ----------
         points
-            What the scan hit, in its own frame, shape (N, 2), metres, N >= 1.
+            Hits of the scan in its own frame, shape (N, 2), metres, N >= 1.
         guess
             (x, y, yaw), shape (3,).
         window_m, window_rad
-            How far from the guess to look, each way.
-        trust
-            How much the guess itself counts: what the mean of the map under the points must gain for every squared
-            metre, and for every squared radian, that the pose departs from it.
+            Half sizes of the search window about the guess.
+        prior_weights
+            Weights of the guess: gain of the score that is needed for every squared metre, and for every squared
+            radian, of departure from it.
 
         Notes
         -----
@@ -111,7 +111,7 @@ class GrowingMap:
         features does not let the pose run away.
         """
         cells, middle = points / self.resolution_m, self._to_cells(guess)
-        found = kernels.search(
+        coarse = kernels.search(
             self._field,
             self._best_near,
             BLOCK,
@@ -119,11 +119,13 @@ class GrowingMap:
             middle,
             self._turns(cells, window_rad),
             math.ceil(window_m / self.resolution_m),
-            trust[0] * self.resolution_m**2,
-            trust[1],
+            prior_weights[0] * self.resolution_m**2,
+            prior_weights[1],
         )
-        pull = len(cells) * np.array([trust[0] * self.resolution_m**2, trust[0] * self.resolution_m**2, trust[1]])
-        fine = kernels.refine(self._field, cells, found[:3], middle, pull, ROUNDS, ENOUGH_CELLS)
+        pull = len(cells) * np.array(
+            [prior_weights[0] * self.resolution_m**2, prior_weights[0] * self.resolution_m**2, prior_weights[1]]
+        )
+        fine = kernels.refine(self._field, cells, coarse[:3], middle, pull, ROUNDS, ENOUGH_CELLS)
         at = (fine[:2] + self._low) * self.resolution_m
         return ScanMatch(np.array([at[0], at[1], math.remainder(fine[2], 2 * math.pi)]), float(fine[3]), float(fine[4]))
 
@@ -154,7 +156,7 @@ class GrowingMap:
         self._low = self._low - before
 
     def _smooth(self, bottom: int, top: int, left: int, right: int) -> None:
-        """Renew the field and its bounds around the cells that changed."""
+        """Update the field and its bounds around the changed cells."""
         wide = np.s_[bottom - 2 * MARGIN : top + 2 * MARGIN, left - 2 * MARGIN : right + 2 * MARGIN]
         inner = np.s_[bottom - MARGIN : top + MARGIN, left - MARGIN : right + MARGIN]
         cut = np.s_[MARGIN:-MARGIN, MARGIN:-MARGIN]
@@ -165,7 +167,7 @@ class GrowingMap:
 
 
 def scan_hits(angles: NDArray[np.float64], ranges: NDArray[np.float64], most: int) -> NDArray[np.float64]:
-    """Return what a scan hit, in its own frame: shape (N, 2), metres, N <= most, spread evenly over the readings.
+    """Return the hits of a scan in its own frame: shape (N, 2), metres, N <= most, spread evenly over the readings.
 
     Parameters
     ----------

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.sensors.ray_casting import Caster
-from sim.slam.odometry import compose, drive_blind
+from sim.slam.odometry import simulate_odometry
+from sim.slam.poses import compose_poses
 from sim.world import World
 from tests.sim.small_worlds import plain_office, walked_log
 
@@ -23,7 +24,7 @@ NOISE = b"PARAM robot_length 0.5 nohost 0\r\nSYNC caf\xe9 nohost 0\nRLASER 2 1.0
 
 @dataclass(frozen=True)
 class Walk:
-    """What a robot did: its true poses and odometry (S, 3), and what its laser read (S, B), inf for nothing."""
+    """Walk of a robot: true poses and odometry (S, 3), and readings of its laser (S, B), inf for nothing."""
 
     world: World
     poses: NDArray[np.float64]
@@ -31,18 +32,18 @@ class Walk:
     ranges: NDArray[np.float64]
     angles: NDArray[np.float64]
 
-    def but(self, **changes: object) -> Walk:
+    def replaced(self, **changes: object) -> Walk:
         return replace(self, **changes)
 
 
 @functools.cache
 def office_walk(level: float = 1.0) -> Walk:
-    """A tour of a small office and some way back, every scan 0.2 to 0.3 m after the one before."""
+    """Make a tour of a small office and some way back, with a scan every 0.2 to 0.3 m."""
     world, poses = plain_office(4, oblique=0.0), walked_log().a.poses
     caster, rng = Caster(world, 0.25), np.random.default_rng(0)
     ranges = np.array([caster.cast(pose, SICK, 30.0, np.empty((0, 3))).ranges for pose in poses])
     ranges += rng.normal(0.0, 0.01, ranges.shape)
-    return Walk(world, poses, drive_blind(poses, rng, level=level), ranges, SICK)
+    return Walk(world, poses, simulate_odometry(poses, rng, level=level), ranges, SICK)
 
 
 def numbers(values: object) -> str:
@@ -58,7 +59,7 @@ def tail(k: int) -> str:
 
 
 def flaser(walk: Walk, *, is_corrected: bool, odometry: bool = True) -> bytes:
-    """The scans as FLASER; without odometry its columns are zero."""
+    """Write the scans as FLASER; without odometry its columns are zero."""
     robot = walk.odometry if odometry else np.zeros_like(walk.poses)
     laser = walk.poses if is_corrected else robot
     lines = [
@@ -69,8 +70,8 @@ def flaser(walk: Walk, *, is_corrected: bool, odometry: bool = True) -> bytes:
 
 
 def robotlaser(walk: Walk, *, is_corrected: bool, ahead_m: float = 0.2, remissions: str | None = "0") -> bytes:
-    """The scans as ROBOTLASER1, of a laser that is mounted ahead of the robot's middle."""
-    step, robot = walk.angles[1] - walk.angles[0], compose(walk.odometry, np.array([-ahead_m, 0.0, 0.0]))
+    """Write the scans as ROBOTLASER1, of a laser mounted ahead of the middle of the robot."""
+    step, robot = walk.angles[1] - walk.angles[0], compose_poses(walk.odometry, np.array([-ahead_m, 0.0, 0.0]))
     laser = walk.poses if is_corrected else walk.odometry
     config = f"0 {walk.angles[0]:.6f} {math.pi:.6f} {step:.9f} 81.92 0.01 0"
     lines = [
@@ -82,11 +83,11 @@ def robotlaser(walk: Walk, *, is_corrected: bool, ahead_m: float = 0.2, remissio
 
 
 def odom(walk: Walk) -> bytes:
-    """The odometry as ODOM, a tenth of a second before each scan and after it."""
+    """Write the odometry as ODOM, a tenth of a second before each scan and after it."""
     lines = [f"ODOM {numbers(pose)} 0.1 0.0 0.0 {tail(k)}" for k, pose in enumerate(walk.odometry)]
     return ("\n".join(lines) + "\n").encode()
 
 
-def written(path: Path, *parts: bytes) -> Path:
+def write_log(path: Path, *parts: bytes) -> Path:
     path.write_bytes(b"".join(parts))
     return path

@@ -1,4 +1,4 @@
-"""Slow and obvious twins of the simulation's fast parts."""
+"""Slow and obvious oracles of the fast parts of the simulation."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.sensors.lidar import Reading
+from sim.sensors.lidar import RayHits
 from sim.world import SCAN_HEIGHT_M, Prism, World
 
 
 def cast(world: World, pose: NDArray[np.float64], angles: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
-    """Meet every ray with every edge of every obstacle that reaches through the laser's plane."""
+    """Intersect every ray with every edge of every obstacle in the plane of the laser."""
     nearest = meet_edges([p for p in world.obstacles if p.bottom <= SCAN_HEIGHT_M < p.top], pose, angles)
     return np.where(nearest < reach, nearest, np.inf)
 
 
-def read(
+def ray_hits(
     world: World,
     pose: NDArray[np.float64],
     angles: NDArray[np.float64],
     reach: float,
     height: float,
     circles: Iterable[tuple[float, float, float]] = (),
-) -> Reading:
-    """Meet every ray with every edge at a height, and with circles (x, y, radius); panes count up to the first hit."""
+) -> RayHits:
+    """Intersect every ray with every edge at a height and with circles (x, y, radius); panes count up to the hit."""
     solid, glass = (
         [p for p in prisms if p.bottom <= height < p.top] for prisms in (world.walls + world.furniture, world.glass)
     )
@@ -41,11 +41,11 @@ def read(
                 ranges[k] = min(ranges[k], ahead - math.sqrt(radius**2 - aside**2))
     ranges = np.where(ranges < reach, ranges, np.inf)
     panes = meet_edges(glass, pose, angles)
-    return Reading(ranges, np.where(panes < np.minimum(ranges, reach), panes, np.inf))
+    return RayHits(ranges, np.where(panes < np.minimum(ranges, reach), panes, np.inf))
 
 
 def meet_edges(prisms: Iterable[Prism], pose: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How far every ray gets before any edge of any prism; a billionth of an edge is added at both ends."""
+    """Return the distance of every ray to any edge of any prism; a billionth of an edge is added at both ends."""
     heading = pose[2] + angles
     along = np.stack([np.cos(heading), np.sin(heading)], axis=-1)  # (N, 2)
     nearest = np.full(len(angles), np.inf)
@@ -87,7 +87,7 @@ def first_seen(
     cell: float,
     shape: tuple[int, int],
 ) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
-    """For each cell, the first scan of which a ray crosses it before its end, -1 for none; and which cells are ends."""
+    """Return the first scan with a ray across each cell before its end, -1 for none, and the mask of ends."""
     since, is_hit = np.full(shape, -1, dtype=np.int32), np.zeros(shape, dtype=np.bool_)
     for s in reversed(range(len(poses))):
         for angle, reading in zip(angles, ranges[s], strict=True):
@@ -105,7 +105,7 @@ def first_seen(
 
 
 def cells_before_end(start: NDArray[np.float64], end: NDArray[np.float64]) -> set[tuple[int, int]]:
-    """The cells a segment crosses but the one it ends in: cut it wherever it crosses a grid line."""
+    """Return the cells a segment crosses but its last: cut it wherever it crosses a grid line."""
     cuts = [0.0, 1.0]
     for k in (0, 1):
         lines = range(math.ceil(min(start[k], end[k])), math.floor(max(start[k], end[k])) + 1)
@@ -116,7 +116,7 @@ def cells_before_end(start: NDArray[np.float64], end: NDArray[np.float64]) -> se
 
 
 def cell_of(point: NDArray[np.float64]) -> tuple[int, int]:
-    """(row, col) of the cell that a point (col, row) lies in."""
+    """Return (row, col) of the cell of a point (col, row)."""
     return math.floor(point[1]), math.floor(point[0])
 
 
@@ -136,11 +136,11 @@ def cost_to_goal(price: NDArray[np.float64], row: int, col: int) -> NDArray[np.f
 
 
 def walled_off(occupancy: NDArray[np.int8], narrowest_cells: int) -> NDArray[np.int8]:
-    """What a world made from a grid shows: floor as wide as asked for, walls wherever it would end otherwise."""
+    """Return the raster of a world made from a grid: floor of the least width, and walls around it."""
     cells = np.pad(occupancy, 1, constant_values=-1)
     every = list(np.ndindex(cells.shape))
     free, occupied = ({cell for cell in every if cells[cell] == value} for value in (0, 100))
-    floor = {cell for cell in free if _is_wide(cell, free | occupied, narrowest_cells)}
+    floor = {cell for cell in free if is_wide(cell, free | occupied, narrowest_cells)}
     ends = {(r + i, c + j) for r, c in floor for i in (-1, 0, 1) for j in (-1, 0, 1)} - floor
     shown = np.full(cells.shape, -1, np.int8)
     for cell in every:
@@ -149,8 +149,8 @@ def walled_off(occupancy: NDArray[np.int8], narrowest_cells: int) -> NDArray[np.
     return shown[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
 
 
-def _is_wide(cell: tuple[int, int], known: set[tuple[int, int]], side: int) -> bool:
-    """Whether a square of known cells, `side` cells wide, holds the cell."""
+def is_wide(cell: tuple[int, int], known: set[tuple[int, int]], side: int) -> bool:
+    """Return whether a square of known cells, `side` cells wide, holds the cell."""
     squares = itertools.product(*(range(at - side + 1, at + 1) for at in cell))
     return any(all((r + i, c + j) in known for i in range(side) for j in range(side)) for r, c in squares)
 
@@ -164,8 +164,8 @@ def best_shift(
     shift_price: float,
     turn_price: float,
 ) -> float:
-    """The largest value of any turn and whole-cell shift about a guess: the mean of the field under the points, less
-    what the shift and the turn cost."""
+    """Return the largest score of any turn and whole-cell shift about a guess: the mean of the field under the points,
+    less the price of shift and turn."""
     best = -math.inf
     for turn, across, up in itertools.product(turns, range(-half, half + 1), range(-half, half + 1)):
         cos, sin = math.cos(guess[2] + turn), math.sin(guess[2] + turn)

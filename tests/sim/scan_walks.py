@@ -1,4 +1,4 @@
-"""Walks through small worlds, and what a laser sees on them, made without the physics engine."""
+"""Walks through small worlds with exact scans, made without the physics engine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SIZE, WIDTH = (12.0, 9.0), 2.0  # of the ring, and of its corridor
 
 
 def ring_world(*, is_bare: bool = False) -> World:
-    """A corridor around a block; niches make each place unlike the others unless it is bare."""
+    """Make a corridor around a block; niches make each place unlike the others unless it is bare."""
     (w, h), c = SIZE, WIDTH
     walls = [(0, 0, w, 0.2), (0, h - 0.2, w, h), (0, 0, 0.2, h), (w - 0.2, 0, w, h), (c, c, w - c, h - c)]
     niches = [(3.0, 0.2, 3.5, 0.5), (7.1, 0.2, 7.4, 0.4), (4.6, h - 0.5, 5.2, h - 0.2), (8.0, h - 0.4, 8.4, h - 0.2)]
@@ -29,7 +29,7 @@ def ring_world(*, is_bare: bool = False) -> World:
 
 @functools.cache
 def ring_walk() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Poses of a bit more than a lap of the ring in steps of 0.25 m, and exact ranges."""
+    """Return poses of a bit more than a lap of the ring in steps of 0.25 m, and exact ranges."""
     (w, h), m = SIZE, WIDTH / 2 + 0.1
     corners = [(m, m), (w - m, m), (w - m, h - m), (m, h - m), (m, m), (w / 2, m)]
     return _seen(ring_world(), walk(corners, step_m=0.25))
@@ -37,12 +37,12 @@ def ring_walk() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 @functools.cache
 def room_walk() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Poses of a walk about the table of the box, and exact ranges."""
+    """Return poses of a walk about the table of the box, and exact ranges."""
     return _seen(box_world(), walk([(1.0, 1.0), (2.2, 3.0), (4.8, 2.8), (5.0, 1.0), (4.8, 2.8), (1.5, 2.2)]))
 
 
 def walk(corners: list[tuple[float, float]], *, step_m: float = 0.15, step_rad: float = 0.3) -> NDArray[np.float64]:
-    """Poses of a robot that drives straight from corner to corner and turns on the spot in between."""
+    """Return poses of a robot that drives straight from corner to corner and turns on the spot in between."""
     poses, yaw = [], math.atan2(corners[1][1] - corners[0][1], corners[1][0] - corners[0][0])
     for (x0, y0), (x1, y1) in itertools.pairwise(corners):
         turn = math.remainder(math.atan2(y1 - y0, x1 - x0) - yaw, 2 * math.pi)

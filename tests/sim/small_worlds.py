@@ -1,4 +1,4 @@
-"""Small worlds and logs made without the physics engine, for tests of what comes after it."""
+"""Small worlds and logs made without the physics engine."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sim.floorplans import Office, make_world
 from sim.missions.mission_log import MissionLog, RobotLog
 from sim.missions.spec import MissionSpec, RobotSpec
-from sim.motion.driving import Ways, drivable
+from sim.motion.driving import PathPlanner, make_drive_field
 from sim.motion.piloting import Pilot
 from sim.motion.steering import Steering
 from sim.motion.tours import Tour
@@ -24,7 +24,7 @@ from tests.sim import naive
 
 
 def box_world(width: float = 6.0, height: float = 4.0) -> World:
-    """One room with walls of 0.2 m and a table."""
+    """Make a room with walls of 0.2 m and a table."""
     corners = np.array([[0.1, 0.1], [width - 0.1, 0.1], [width - 0.1, height - 0.1], [0.1, height - 0.1]])
     walls = [Prism(bar(p, q, 0.2, extra=0.1), 2.5) for p, q in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
     table = Prism(np.array([[3.0, 1.0], [4.0, 1.0], [4.0, 1.7], [3.0, 1.7]]), 0.75)
@@ -33,7 +33,7 @@ def box_world(width: float = 6.0, height: float = 4.0) -> World:
 
 
 def corridor_world(width: float) -> World:
-    """Two rooms of 3 m, each with a spot in its middle, joined by a corridor of 6 m."""
+    """Make two rooms of 3 m, each with a spot in its middle, joined by a corridor of 6 m."""
     low, high = 1.7 - width / 2, 1.7 + width / 2
     boxes = [(0, 0, 12.4, 0.2), (0, 3.2, 12.4, 3.4), (0, 0.2, 0.2, 3.2), (12.2, 0.2, 12.4, 3.2)]
     boxes += [(3.2, 0.2, 9.2, low), (3.2, high, 9.2, 3.2)]
@@ -47,14 +47,14 @@ def corridor_world(width: float) -> World:
 
 
 def rectangle(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.float64]:
-    """The corners of a rectangle, counter-clockwise."""
+    """Return the corners of a rectangle, counter-clockwise."""
     return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
 
 
 def drive_exactly(
     pilots: list[Pilot], starts: list[tuple[float, float, float]], seconds: float
 ) -> tuple[NDArray[np.float64], float]:
-    """Let robots do exactly what their pilots say; returns their poses (K, steps, 3) and when they ended."""
+    """Let robots follow the commands of their pilots exactly; return poses (K, steps, 3) and the time of the end."""
     poses, tracks, time = [np.array(start) for start in starts], [[] for _ in pilots], 0.0
     for pilot, pose in zip(pilots, poses, strict=True):
         pilot.position = pose[:2]
@@ -78,7 +78,7 @@ def plain_office(
 
 @functools.cache
 def office_log() -> MissionLog:
-    """Two robots that stand in the rooms of a small office, each in its own, with exact rays."""
+    """Make the log of two robots that stand in rooms of a small office, with exact rays."""
     world = plain_office(4, oblique=0.0)
     lidar = Lidar(beams=720)
     spec = MissionSpec(a=RobotSpec(lidar=lidar), b=RobotSpec(lidar=lidar))
@@ -101,7 +101,7 @@ def _standing(world: World, rooms: list[Room], lidar: Lidar) -> RobotLog:
 
 @functools.cache
 def walked_log() -> MissionLog:
-    """Two robots that tour a small office from both ends, exactly, each as if alone."""
+    """Make the log of two robots that tour a small office from both ends, each as if alone."""
     world = plain_office(4, oblique=0.0)
     lidar = Lidar(beams=360)
     spec = MissionSpec(a=RobotSpec(lidar=lidar), b=RobotSpec(lidar=lidar))
@@ -111,15 +111,15 @@ def walked_log() -> MissionLog:
 
 
 def _walking(world: World, rooms: list[Room], lidar: Lidar) -> RobotLog:
-    ways, caster = Ways(drivable(world)), Caster(world, lidar.height_m)
-    pilot = Pilot(Tour(ways, [(room.name, room.spot) for room in rooms]), ways, Steering(speed_m_s=0.9))
+    planner, caster = PathPlanner(make_drive_field(world)), Caster(world, lidar.height_m)
+    pilot = Pilot(Tour(planner, [(room.name, room.spot) for room in rooms]), planner, Steering(speed_m_s=0.9))
     poses = drive_exactly([pilot], [(*rooms[0].spot, 0.0)], 200.0)[0][0][::5]  # (S, 3)
     ranges = [caster.cast(pose, lidar.angles, lidar.max_range_m, np.empty((0, 3))).ranges for pose in poses]
     return RobotLog(times=np.arange(len(poses)) / 4, poses=poses, odometry=poses, ranges=np.array(ranges))
 
 
 def wall_distance(world: World, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance of points (N, 2) to the nearest edge of an obstacle that a robot cannot drive under."""
+    """Return the distance of points (N, 2) to the nearest edge of an obstacle that a robot cannot drive under."""
     nearest = np.full(len(points), np.inf)
     for prism in (p for p in world.obstacles if p.bottom <= SCAN_HEIGHT_M):
         for start, end in zip(prism.outline, np.roll(prism.outline, -1, axis=0), strict=True):
@@ -130,14 +130,14 @@ def wall_distance(world: World, points: NDArray[np.float64]) -> NDArray[np.float
 
 
 def glass_world() -> World:
-    """The box with a pane across a part of it, a crate that only A finds and another that only B finds."""
+    """Make the box with a pane across a part of it, a crate of the visit of A and another of the visit of B."""
     pane = Prism(np.array([[4.6, 1.2], [4.62, 1.2], [4.62, 3.8], [4.6, 3.8]]), 2.5)
     crates = [Prism(np.array([[2.2, y], [2.6, y], [2.6, y + 0.4], [2.2, y + 0.4]]), 0.9) for y in (0.4, 3.0)]
     return replace(box_world(), glass=(pane,), visits=((crates[0],), (crates[1],)))
 
 
 def free_cells(robot: RobotLog, lidar: Lidar) -> set[tuple[int, ...]]:
-    """The free cells of a robot's map, in a frame that all maps share."""
+    """Return the free cells of the map of a robot, in a frame that all maps share."""
     poses, ranges = robot.poses, lidar.limit(robot.ranges)
     grid = build_map(poses, lidar.angles, ranges, resolution=0.05, max_range_m=lidar.max_range_m)
     points = grid.pixel_to_map(np.argwhere(grid.free)[:, ::-1])

@@ -31,7 +31,7 @@ def test_rays_meet_what_the_plan_says():
         robots = [engine.add_robot(pose) for pose in poses]
         for robot, pose in zip(robots, poses, strict=True):
             seen = engine.cast(robot, angles, 8.0, 0.25).ranges
-            true = naive.read(world.at_visit(0), pose, angles, 8.0, 0.25).ranges
+            true = naive.ray_hits(world.at_visit(0), pose, angles, 8.0, 0.25).ranges
             same = np.isclose(np.minimum(seen, 9.0), np.minimum(true, 9.0), atol=1e-4)
             assert same.mean() > 0.995  # a ray may slip past an edge that another just meets
 

@@ -68,9 +68,9 @@ def test_the_raster_refuses_absurd_resolutions(resolution):
 
 def test_a_world_survives_json_to_the_bit():
     world = make_world(Office(oblique=1.0), 3)
-    again = World.from_dict(json.loads(json.dumps(world.as_dict())))
+    again = World.from_json_dict(json.loads(json.dumps(world.to_json_dict())))
 
-    assert again.as_dict() == world.as_dict()
+    assert again.to_json_dict() == world.to_json_dict()
     assert np.array_equal(again.raster(0.05).occupancy, world.raster(0.05).occupancy)
 
 
@@ -92,4 +92,4 @@ def test_each_visit_finds_its_own_things():
     assert not world.at_visit(0).visits[1]
     assert here in world.at_visit(1).furniture
     assert here not in world.at_visit(0).furniture + world.furniture
-    assert World.from_dict(world.as_dict()).as_dict() == world.as_dict()
+    assert World.from_json_dict(world.to_json_dict()).to_json_dict() == world.to_json_dict()

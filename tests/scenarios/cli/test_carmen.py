@@ -7,7 +7,7 @@ from rectmerge.cli import console
 from rectmerge.io.map_file import read_map
 from scenarios.bench.run import read_rows
 from scenarios.cli.main import app
-from tests.sim.carmen_logs import flaser, office_walk, robotlaser, written
+from tests.sim.carmen_logs import flaser, office_walk, robotlaser, write_log
 from tests.sim.small_worlds import wall_distance
 
 WALK = office_walk()
@@ -15,7 +15,7 @@ WALK = office_walk()
 
 @pytest.fixture
 def log(tmp_path):
-    return written(tmp_path / "a walk.log", robotlaser(WALK, is_corrected=True))
+    return write_log(tmp_path / "a walk.log", robotlaser(WALK, is_corrected=True))
 
 
 def rectbench(*words):
@@ -43,7 +43,7 @@ def test_an_earlier_map_is_replaced_only_if_told(tmp_path, log, capsys):
 
 @pytest.mark.parametrize("is_corrected", [True, False])
 def test_a_log_becomes_a_data_set_that_verify_accepts_and_run_scores(tmp_path, capsys, is_corrected):
-    log = written(tmp_path / "walk.clf", flaser(WALK, is_corrected=is_corrected))
+    log = write_log(tmp_path / "walk.clf", flaser(WALK, is_corrected=is_corrected))
     words = ("--pairs", 2, "--cut", 0.45, "--shared", 0.1, "--resolution-b", 0.06, "--seed", 3)
     made = rectbench("carmen", log, "-o", tmp_path / "set", *words)
     verified = rectbench("verify", tmp_path / "set", "-q")
@@ -75,7 +75,7 @@ def test_the_same_words_give_the_same_bytes(tmp_path, log):
         (("--pairs", 1, "--resolution", 7.0), "resolution must be 0.005 to 1"),
         (("--resolution", 0.0), "resolution must be a positive number"),
         (("--poses", "odometry"), "poses must be one of auto, log, match, got 'odometry'"),
-        (("--every", 40), "of 5 scans moved on; a map needs 10"),
+        (("--every", 40), "of 5 scans have movement; a map needs 10"),
     ],
 )
 def test_bad_words_end_in_one_line(tmp_path, log, capsys, words, complaint):
@@ -89,7 +89,7 @@ def test_bad_words_end_in_one_line(tmp_path, log, capsys, words, complaint):
 
 
 def test_a_file_that_is_no_log_ends_in_one_line(tmp_path, capsys):
-    status = rectbench("carmen", written(tmp_path / "x.log", b"hello\n"), "-o", tmp_path / "out")
+    status = rectbench("carmen", write_log(tmp_path / "x.log", b"hello\n"), "-o", tmp_path / "out")
 
     assert status == 2
     assert "x.log: there is no scan in it" in capsys.readouterr().err
@@ -97,7 +97,7 @@ def test_a_file_that_is_no_log_ends_in_one_line(tmp_path, capsys):
 
 def test_cuts_that_make_no_pair_say_why(tmp_path, capsys):
     far = WALK.poses + np.where(np.arange(len(WALK.poses)) < len(WALK.poses) // 2, 0.0, 100.0)[:, None] * [1, 0, 0]
-    log = written(tmp_path / "far.log", flaser(WALK.but(poses=far), is_corrected=True))
+    log = write_log(tmp_path / "far.log", flaser(WALK.replaced(poses=far), is_corrected=True))
     status = rectbench("carmen", log, "-o", tmp_path / "out", "--pairs", 1)
 
     assert status == 2

@@ -8,14 +8,14 @@ from scenarios.dataset.from_carmen import CarmenSuite
 from scenarios.pairs.truth import control_point_rmse
 from sim.importers import read_carmen
 from sim.importers.survey import survey
-from tests.sim.carmen_logs import flaser, office_walk, robotlaser, written
+from tests.sim.carmen_logs import flaser, office_walk, robotlaser, write_log
 from tests.sim.small_worlds import wall_distance
 
 WALK = office_walk()
 
 
 def suite_of(folder, *, is_corrected=True, form=flaser, **options):
-    log = read_carmen(written(folder / "walk.log", form(WALK, is_corrected=is_corrected)))
+    log = read_carmen(write_log(folder / "walk.log", form(WALK, is_corrected=is_corrected)))
     return CarmenSuite(name="walk", survey=survey(log), **options)
 
 
@@ -89,7 +89,7 @@ def test_the_seed_turns_the_maps_and_the_same_gives_the_same(tmp_path):
 
 def test_parts_that_have_nothing_in_common_are_refused(tmp_path):
     far = WALK.poses + np.where(np.arange(len(WALK.poses)) < len(WALK.poses) // 2, 0.0, 100.0)[:, None] * [1, 0, 0]
-    log = read_carmen(written(tmp_path / "walk.log", flaser(WALK.but(poses=far), is_corrected=True)))
+    log = read_carmen(write_log(tmp_path / "walk.log", flaser(WALK.replaced(poses=far), is_corrected=True)))
 
     with pytest.raises(SimulationError, match=r"too few surfaces in common .*--cut.*--shared"):
         pairs_of(CarmenSuite(name="walk", survey=survey(log)))
@@ -111,5 +111,5 @@ def test_values_out_of_range_are_named(tmp_path, options, complaint):
 
 
 def test_a_part_of_few_scans_is_refused(tmp_path):
-    with pytest.raises(InputError, match="scans 0 to 9 of 188 that moved on are too few"):
+    with pytest.raises(InputError, match="scans 0 to 9 of 188 with movement are too few"):
         suite_of(tmp_path).survey.part(0, 9)

@@ -12,11 +12,11 @@ PLAIN = {"yaw_deg": 0.0, "glass": 0.0, "shut": 0.0, "changed": 0.0}
 
 @functools.cache
 def usual(family: str, seed: int) -> World:
-    """A building of a family with all its defaults."""
+    """Make a building of a family with all its defaults."""
     return make_world(FAMILIES[family](), seed)
 
 
 @functools.cache
 def plain(family: str, seed: int) -> World:
-    """An upright building with open doors, no glass and one state."""
+    """Make an upright building with open doors, no glass and one state."""
     return make_world(FAMILIES[family](**PLAIN), seed)

@@ -1,4 +1,4 @@
-"""What makes each family what it is."""
+"""Properties of each family of buildings."""
 
 import math
 
@@ -10,27 +10,27 @@ from tests.sim.floorplans.buildings import PLAIN, plain, usual
 
 
 def directions(world):
-    """Directions (degrees, 0 to 90) of all sides of walls, and their lengths."""
+    """Return the directions (degrees, 0 to 90) of all sides of walls, and their lengths."""
     edges = np.concatenate([np.roll(p.outline, -1, axis=0) - p.outline for p in world.walls])
     return np.degrees(np.arctan2(edges[:, 1], edges[:, 0])) % 90.0, np.hypot(*edges.T)
 
 
 def share_along(world, degrees, within=1.0):
-    """Share of the walls' sides, by length, that run along or across a direction."""
+    """Return the share of the sides of walls, by length, that run along or across a direction."""
     angles, lengths = directions(world)
     off = np.abs((angles - degrees + 45.0) % 90.0 - 45.0)
     return float(lengths[off < within].sum() / lengths.sum())
 
 
 def cells(world, half_turn=True):
-    """Everything that stands in each room of a ward, seen from the room's own corner, rounded to a millimetre."""
+    """Return the outlines in each room of a ward, in the frame of its corner, rounded to a millimetre."""
     seen = []
-    things = [prism.outline for prism in (*world.walls, *world.furniture)]
+    outlines = [prism.outline for prism in (*world.walls, *world.furniture)]
     for room in world.rooms[1:]:
         low, high = room.outline.min(axis=0), room.outline.max(axis=0)
-        inside = [thing for thing in things if (thing > low - 0.01).all() and (thing < high + 0.01).all()]
+        inside = [o for o in outlines if (o > low - 0.01).all() and (o < high + 0.01).all()]
         is_south = room.name.startswith("south")
-        local = [high - thing if is_south else thing - low for thing in inside]
+        local = [high - o if is_south else o - low for o in inside]
         seen.append(sorted(tuple(sorted(map(tuple, np.round(outline, 3) + 0.0))) for outline in local))
     return seen
 

@@ -60,7 +60,7 @@ def test_another_place_is_clear_of_what_stands_there():
     pen = room_with_a_door()
     furnisher = Furnisher(pen)
     first = furnisher.place("room", pieces.block(1.0, 0.5, 1.2), is_at_wall=True)
-    moved = furnisher.another(first)
+    moved = furnisher.find_another_place(first)
 
     assert Polygon(first.put.outline).distance(Polygon(moved.put.outline)) > 0.5
     assert moved.model is first.model
@@ -72,8 +72,8 @@ def test_spare_places_are_used_first_and_once():
     pen.spares = [Piece("racks", model, model)]
     furnisher, pallet = Furnisher(pen), Piece("racks", model, model)
 
-    assert furnisher.another(pallet) is pen.spares[0]
-    assert furnisher.another(pallet) is None
+    assert furnisher.find_another_place(pallet) is pen.spares[0]
+    assert furnisher.find_another_place(pallet) is None
 
 
 def test_a_piece_too_large_for_its_room_finds_no_place():

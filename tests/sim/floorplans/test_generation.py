@@ -4,7 +4,7 @@ import pytest
 
 from rectmerge.errors import SimulationError
 from sim.floorplans import FAMILIES, Office, Round, families, generation, make_world
-from sim.motion.driving import drivable, nearest_drivable
+from sim.motion.driving import make_drive_field, nearest_drivable
 from sim.world import World
 from tests.sim.floorplans.buildings import plain, usual
 
@@ -13,14 +13,14 @@ MANY = [(family, seed) for family in FAMILIES for seed in range(1, 6)]
 
 def require_reachable(world: World) -> None:
     for visit in (0, 1):
-        field = drivable(world.at_visit(visit))
+        field = make_drive_field(world.at_visit(visit))
         for room in world.rooms:
             row, col = nearest_drivable(field, room.spot)
             assert np.hypot(*(np.array([col, row]) * 0.1 + 0.05 - room.spot)) < 1e-6, (visit, room.name)
 
 
 def require_sealed(world: World) -> None:
-    """From a room, free cells only can be reached, and nothing outside."""
+    """Assert that only free cells can be reached from a room, and nothing outside."""
     grid = world.raster(0.05)
     ways = np.pad(~grid.occupied, 1, constant_values=True).astype(np.uint8)
     labels = cv2.connectedComponents(ways, connectivity=4)[1]
@@ -100,8 +100,8 @@ def _within(outline, points):
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_same_seed_gives_the_same_building_and_another_seed_another(family):
-    first, again = usual(family, 0).as_dict(), make_world(FAMILIES[family](), 0).as_dict()
-    other = make_world(FAMILIES[family](furniture=0.0), 1).as_dict()
+    first, again = usual(family, 0).to_json_dict(), make_world(FAMILIES[family](), 0).to_json_dict()
+    other = make_world(FAMILIES[family](furniture=0.0), 1).to_json_dict()
 
     assert first == again
     assert first["walls"] != other["walls"]
@@ -193,7 +193,7 @@ def test_the_share_asked_for_differs_between_the_visits(share, least, most):
 
 def test_what_cannot_be_built_says_what_may_help(monkeypatch):
     monkeypatch.setattr(generation, "DRAFTS", 2)
-    with pytest.raises(SimulationError, match=r"2 drafts of this round came to nothing.*door_m"):
+    with pytest.raises(SimulationError, match=r"2 drafts of this round failed.*door_m"):
         make_world(Round(door_m=(0.7, 0.7), wall_m=(0.4, 0.4), furniture=0.0), 0)
 
 

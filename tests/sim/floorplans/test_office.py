@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sim.floorplans import Office, make_world
-from sim.motion.driving import Ways, drivable, nearest_drivable
+from sim.motion.driving import PathPlanner, make_drive_field, nearest_drivable
 
 SPECS = [
     Office(rooms=rooms, size_m=(16.0 + rooms, 12.0), oblique=rooms % 2, yaw_deg=0.0, shut=0.0, changed=0.0)
@@ -14,14 +14,14 @@ SPECS = [
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_robot_can_drive_between_all_rooms_of_every_office(spec, seed):
     world = make_world(spec, seed)
-    field = drivable(world)
-    ways = Ways(field)
+    field = make_drive_field(world)
+    planner = PathPlanner(field)
 
     assert len(world.rooms) == spec.rooms + 1  # and the corridor
     for room in world.rooms:
         row, col = nearest_drivable(field, room.spot)
         assert np.hypot(*(np.array([col, row]) * 0.1 + 0.05 - room.spot)) < 1e-6
-        assert ways.path(world.rooms[0].spot, room.spot) is not None
+        assert planner.path(world.rooms[0].spot, room.spot) is not None
 
 
 def test_rooms_of_one_office_are_not_identical():

@@ -9,7 +9,7 @@ PARALLEL_WITHIN_DEG = 1.0
 
 
 def parallel_pairs(outline):
-    """Count the pairs of parallel sides of an outline (N, 2), and say whether the longest side is in one."""
+    """Return the number of pairs of parallel sides of an outline (N, 2), and whether the longest side is in one."""
     edges = np.roll(outline, -1, axis=0) - outline
     angles = np.degrees(np.arctan2(edges[:, 1], edges[:, 0]))
     off = np.abs((angles[:, None] - angles + 90.0) % 180.0 - 90.0)

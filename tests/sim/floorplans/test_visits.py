@@ -6,7 +6,7 @@ import pytest
 from sim.floorplans.drafting import Pen
 from sim.floorplans.pieces import Piece, block
 from sim.floorplans.shapes import rectangle
-from sim.floorplans.visits import Furniture, change, shut
+from sim.floorplans.visits import Furniture, change_furniture, shut_doors
 from sim.world import Door
 
 MODEL = block(1.0, 1.0, 1.0)
@@ -16,7 +16,7 @@ PIECES = [Piece(f"room {k % 4}", MODEL, MODEL) for k in range(40)]
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
 def test_as_many_pieces_change_as_asked_for(share):
     moved = Piece("elsewhere", MODEL, MODEL)
-    furniture = change(PIECES, share, lambda piece: moved, np.random.default_rng(0))
+    furniture = change_furniture(PIECES, share, lambda piece: moved, np.random.default_rng(0))
     once = [piece for visit in furniture.once for piece in visit]
 
     assert len(furniture.always) == 40 - round(40 * share)
@@ -26,7 +26,7 @@ def test_as_many_pieces_change_as_asked_for(share):
 
 
 def test_a_piece_with_no_other_place_is_removed_or_added():
-    furniture = change(PIECES, 1.0, lambda piece: None, np.random.default_rng(0))
+    furniture = change_furniture(PIECES, 1.0, lambda piece: None, np.random.default_rng(0))
 
     assert len(furniture.once[0]) + len(furniture.once[1]) == 40
     assert min(map(len, furniture.once)) > 10
@@ -53,7 +53,7 @@ def rooms_joined_by(pairs):
 
 
 def test_no_door_of_a_tree_can_be_shut():
-    leaves = shut(rooms_joined_by(["ab", "bc", "bd"]), 1.0, may_differ=True)
+    leaves = shut_doors(rooms_joined_by(["ab", "bc", "bd"]), 1.0, may_differ=True)
 
     assert all(door.is_open for door in leaves.doors)
     assert not leaves.always
@@ -62,7 +62,7 @@ def test_no_door_of_a_tree_can_be_shut():
 
 def test_shut_doors_leave_all_rooms_joined():
     pairs = [tuple(pair) for pair in itertools.combinations("abcde", 2)]
-    leaves = shut(rooms_joined_by(pairs), 1.0, may_differ=False)
+    leaves = shut_doors(rooms_joined_by(pairs), 1.0, may_differ=False)
     still_open = [set(door.joins) for door in leaves.doors if door.is_open]
     reached = {"a"}
     for _ in range(5):
@@ -75,7 +75,7 @@ def test_shut_doors_leave_all_rooms_joined():
 
 def test_a_share_of_the_doors_is_shut_some_during_one_visit_only():
     pairs = [tuple(pair) for pair in itertools.combinations("abcdefgh", 2)]
-    leaves = shut(rooms_joined_by(pairs), 0.5, may_differ=True)
+    leaves = shut_doors(rooms_joined_by(pairs), 0.5, may_differ=True)
 
     assert sum(not door.is_open for door in leaves.doors) == 14
     assert len(leaves.always) + len(leaves.once[0]) + len(leaves.once[1]) == 14

@@ -6,7 +6,7 @@ import pytest
 
 from rectmerge.errors import InputError
 from sim.importers import read_carmen
-from tests.sim.carmen_logs import flaser, odom, office_walk, robotlaser, written
+from tests.sim.carmen_logs import flaser, odom, office_walk, robotlaser, write_log
 
 WALK = office_walk()
 SCAN = "FLASER 4 1.0 2.0 3.0 4.0 {} {} 0 0 0 0 100.5 nohost 0.5\n"
@@ -14,7 +14,7 @@ ROBOT = "ROBOTLASER1 0 -1.5 3 {step} 80 0.01 0 3 1 2 3 0 0 0 0 0 0 0 0 0 0 0 0 1
 
 
 def log_of(tmp_path, *parts, name="a.log", **options):
-    return read_carmen(written(tmp_path / name, *parts), **options)
+    return read_carmen(write_log(tmp_path / name, *parts), **options)
 
 
 def flasers(count, *, step=0.1, readings="1.0 2.0 3.0 4.0"):
@@ -43,7 +43,9 @@ def test_a_corrected_log_has_both(tmp_path, form):
 
 
 def test_ranges_are_finite_where_something_was_met(tmp_path):
-    log = log_of(tmp_path, flaser(WALK.but(ranges=np.where(WALK.ranges > 4.0, np.inf, WALK.ranges)), is_corrected=True))
+    log = log_of(
+        tmp_path, flaser(WALK.replaced(ranges=np.where(WALK.ranges > 4.0, np.inf, WALK.ranges)), is_corrected=True)
+    )
     met = WALK.ranges <= 4.0
 
     assert np.allclose(log.ranges[met], WALK.ranges[met], atol=0.006)
@@ -132,7 +134,7 @@ def test_flaser_looks_where_its_number_of_readings_says(tmp_path, count, params,
         ("FLASER 0 0 0 0 0 0 0 1\n", ":1: word 2 .* got '0'"),
         (f"FLASER {'9' * 5000} 1\n", ":1: word 2 must be"),
         ("\n" + SCAN.format("x", 0), ":2: 'x' is not a number; mend"),
-        (SCAN.format("nan", 0), ":1: 'nan' is no number to reckon with"),
+        (SCAN.format("nan", 0), ":1: 'nan' is not a finite number"),
         (SCAN.replace("3.0", "3,0").format(0, 0), ":1: '3,0' is not a number"),
         ("FLASER 5 1 2 3 4 0 0 0 0 0 0 1 nohost 1\n", ":1: 'nohost' is not a number"),
         ("FLASER 3 1 2 3 4 0 0 0 0 0 0 1 nohost 1\n", r":1: 'FLASER' has 15 words"),

@@ -18,7 +18,7 @@ def test_the_raster_of_a_map_is_the_map_with_its_open_ends_walled_off(cells, res
     narrowest_cells = 1 + 2 * int(narrowest_m / resolution / 2)
     padded = np.pad(cells, 1, constant_values=-1)
     known = {cell for cell in np.ndindex(padded.shape) if padded[cell] >= 0}
-    assume(any(naive._is_wide(cell, known, narrowest_cells) for cell in known if padded[cell] == 0))
+    assume(any(naive.is_wide(cell, known, narrowest_cells) for cell in known if padded[cell] == 0))
 
     world = world_from_grid(OccupancyGrid(cells, resolution), "made", narrowest_m=narrowest_m)
 

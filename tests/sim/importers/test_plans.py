@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rectmerge.errors import MapFileError
 from sim.importers import import_world
 from sim.importers.plans import world_from_plan
-from sim.motion.driving import drivable, nearest_drivable
+from sim.motion.driving import make_drive_field, nearest_drivable
 from tests.drawing import DATA
 
 HOUSE = DATA / "house.json"
@@ -25,7 +25,7 @@ def test_a_json_plan_has_walls_around_its_outline_and_rooms_by_name():
     floor = shapely.union_all([shapely.Polygon(outline) for outline in world.floor])
     walls = shapely.union_all([shapely.Polygon(wall.outline) for wall in world.walls])
     outline = shapely.Polygon(house()["verts"])
-    field = drivable(world)
+    field = make_drive_field(world)
 
     assert floor.area == pytest.approx(outline.area)
     assert walls.intersection(floor).area == pytest.approx(0.0, abs=1e-9)

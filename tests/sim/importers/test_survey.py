@@ -4,14 +4,14 @@ import pytest
 from rectmerge.errors import InputError
 from sim.importers import read_carmen
 from sim.importers.survey import survey
-from tests.sim.carmen_logs import flaser, numbers, office_walk, readings, robotlaser, written
+from tests.sim.carmen_logs import flaser, numbers, office_walk, readings, robotlaser, write_log
 from tests.sim.small_worlds import wall_distance
 
 WALK = office_walk()
 
 
 def log_of(tmp_path, *parts, name="a.log", **options):
-    return read_carmen(written(tmp_path / name, *parts), **options)
+    return read_carmen(write_log(tmp_path / name, *parts), **options)
 
 
 def flasers(count, *, step=0.1, readings="1.0 2.0 3.0 4.0"):
@@ -54,7 +54,7 @@ def test_poses_are_chosen_as_asked(tmp_path):
 
 
 def test_a_laser_that_looks_to_one_side_is_laid_down_as_it_looks(tmp_path):
-    half = WALK.but(angles=WALK.angles[:80], ranges=WALK.ranges[:, :80])
+    half = WALK.replaced(angles=WALK.angles[:80], ranges=WALK.ranges[:, :80])
     seen = survey(log_of(tmp_path, robotlaser(half, is_corrected=True)))
     grid = seen.map(0.05)
     walls = grid.pixel_to_map(np.argwhere(grid.occupied)[:, ::-1].astype(float))
@@ -74,7 +74,7 @@ def test_scans_made_while_standing_are_left_out(tmp_path):
 
 
 def test_a_robot_that_never_moved_has_no_survey(tmp_path):
-    with pytest.raises(InputError, match="1 of 20 scans moved on; a map needs 10"):
+    with pytest.raises(InputError, match="1 of 20 scans have movement; a map needs 10"):
         survey(log_of(tmp_path, flasers(20, step=0.0)))
 
 

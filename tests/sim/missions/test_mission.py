@@ -39,7 +39,7 @@ def digest(log: MissionLog) -> str:
 
 
 def overlap(log: MissionLog) -> float:
-    """The overlap of both robots' exact maps."""
+    """Return the overlap of the exact maps of both robots."""
     a, b = (free_cells(robot, spec.lidar) for robot, spec in ((log.a, log.spec.a), (log.b, log.spec.b)))
     return len(a & b) / min(len(a), len(b))
 

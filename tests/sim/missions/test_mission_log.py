@@ -11,14 +11,14 @@ from tests.sim.small_worlds import free_cells, office_log, walked_log
 
 
 def npy() -> bytes:
-    """A numpy file of another kind."""
+    """Write a numpy file of another kind."""
     file = io.BytesIO()
     np.save(file, np.zeros(3))
     return file.getvalue()
 
 
 def walk(*places: tuple[float, float]) -> RobotLog:
-    """A robot that is at places, one a second."""
+    """Make the log of a robot at given places, one a second."""
     poses = np.array([(x, y, 0.0) for x, y in places])
     return RobotLog(times=np.arange(float(len(poses))), poses=poses, odometry=poses, ranges=np.ones((len(poses), 1)))
 
@@ -29,7 +29,7 @@ def test_a_log_survives_a_file_and_a_pickle(tmp_path):
     log = replace(log, a=replace(log.a, glass=glass, entered=(0.5,) * len(log.a.rooms)), discarded=("no luck",))
     log.save(tmp_path / "log.npz")
     for again in (MissionLog.load(tmp_path / "log.npz"), pickle.loads(pickle.dumps(log))):
-        assert again.world.as_dict() == log.world.as_dict()
+        assert again.world.to_json_dict() == log.world.to_json_dict()
         assert (again.spec, again.seed, again.discarded) == (log.spec, log.seed, log.discarded)
         assert (again.a.rooms, again.a.entered) == (log.a.rooms, log.a.entered)
         assert np.array_equal(again.b.ranges, log.b.ranges)

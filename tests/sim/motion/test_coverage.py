@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.motion.coverage import TOLERANCE, SeenFloor, all_cuts
+from sim.motion.coverage import TOLERANCE, SeenFloor, compute_cuts
 from sim.sensors.lidar import Lidar
 from tests.sim import naive
 from tests.sim.small_worlds import office_log
@@ -39,7 +39,7 @@ def test_what_is_seen_since_when_agrees_with_cutting_rays_at_the_grid_lines(seed
 @given(st.integers(0, 10_000), st.integers(2, 6), st.integers(2, 6))
 def test_every_pair_of_cuts_has_the_overlap_of_what_its_scans_show(seed, n, m):
     a, b = random_floor(seed, n), random_floor(seed + 1, m)
-    cuts = all_cuts(a, b, fewest=2)
+    cuts = compute_cuts(a, b, fewest=2)
 
     assert (cuts.kept_a.tolist(), cuts.kept_b.tolist()) == (list(range(2, n + 1)), list(range(2, m + 1)))
     for i, kept_a in enumerate(cuts.kept_a):
@@ -53,7 +53,7 @@ def test_every_pair_of_cuts_has_the_overlap_of_what_its_scans_show(seed, n, m):
 @settings(max_examples=50, deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.1, 1.0))
 def test_the_choice_has_the_wanted_overlap_and_no_other_shows_more(seed, wanted):
-    cuts = all_cuts(random_floor(seed, 12), random_floor(seed + 1, 12), fewest=2)
+    cuts = compute_cuts(random_floor(seed, 12), random_floor(seed + 1, 12), fewest=2)
     choice = cuts.choose(wanted, least_m2=0.1)
     fits = (np.abs(cuts.overlaps - wanted) <= TOLERANCE) & (np.minimum.outer(cuts.area_a, cuts.area_b) >= 0.1)
 
@@ -69,7 +69,7 @@ def test_a_log_that_should_stay_whole_is_cut_only_where_no_other_cut_will_do():
     floors = [SeenFloor(log.spec.a.lidar, (100, 140)) for _ in "ab"]
     for floor, robot in zip(floors, (log.a, log.b), strict=True):
         floor.add(robot.poses, robot.ranges)
-    cuts = all_cuts(*floors, fewest=3)
+    cuts = compute_cuts(*floors, fewest=3)
     among_whole = float(cuts.overlaps[-1, len(cuts.kept_b) // 2])
 
     choice = cuts.choose(among_whole, least_m2=1.0, whole=(True, False))
@@ -80,7 +80,7 @@ def test_a_log_that_should_stay_whole_is_cut_only_where_no_other_cut_will_do():
 def test_a_long_log_is_cut_at_evenly_spaced_scans():
     floor = SeenFloor(LIDAR, (10, 15))
     floor.add(np.tile([0.5, 0.5, 0.0], (5000, 1)), np.full((5000, LIDAR.beams), 0.4))
-    cuts = all_cuts(floor, floor, fewest=10)
+    cuts = compute_cuts(floor, floor, fewest=10)
 
     assert cuts.common.shape == (400, 400)
     assert (cuts.kept_a[0], cuts.kept_a[-1]) == (10, 5000)

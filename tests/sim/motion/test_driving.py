@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 
 from rectmerge.errors import SimulationError
 from sim._kernels import paths
-from sim.motion.driving import KEEP_OFF_M, Ways, disc, drivable, most_gain, nearest_cell
+from sim.motion.driving import KEEP_OFF_M, PathPlanner, disc_mask, find_best_goal, make_drive_field, nearest_cell
 from sim.world import Prism, World
 from tests.sim import naive
 from tests.sim.small_worlds import box_world, wall_distance
@@ -32,7 +32,7 @@ def test_the_cell_that_pays_most_is_found_without_going_everywhere(price, pay):
     true = naive.cost_to_goal(price, 0, 0)
     gains = np.where((pay > 0) & np.isfinite(true), true - pay, np.inf)
 
-    costs, at = most_gain(price, np.array([0.05, 0.05]), pay)
+    costs, at = find_best_goal(price, np.array([0.05, 0.05]), pay)
     if not np.isfinite(gains).any():
         assert at is None
     else:
@@ -42,35 +42,35 @@ def test_the_cell_that_pays_most_is_found_without_going_everywhere(price, pay):
 
 def test_a_path_leads_to_the_goal_and_keeps_off_the_walls():
     world = box_world()
-    ways, start, goal = Ways(drivable(world)), np.array([1.0, 1.35]), np.array([5.2, 1.35])
-    path = ways.path(start, goal)
+    planner, start, goal = PathPlanner(make_drive_field(world)), np.array([1.0, 1.35]), np.array([5.2, 1.35])
+    path = planner.path(start, goal)
 
     assert np.hypot(*(path[-1] - goal)) < 0.11
     assert wall_distance(world, path).min() > KEEP_OFF_M - 0.06
-    assert ways.cost_m(start, goal) > 4.2  # the table stands in the way
+    assert planner.cost_m(start, goal) > 4.2  # the table stands in the way
 
 
 def test_where_there_is_no_way_there_is_no_path():
-    field = drivable(box_world())
+    field = make_drive_field(box_world())
     field.is_drivable[:, 30] = False
 
-    assert Ways(field).path(np.array([1.0, 3.0]), np.array([5.0, 3.0])) is None
+    assert PathPlanner(field).path(np.array([1.0, 3.0]), np.array([5.0, 3.0])) is None
 
 
 def test_a_way_keeps_off_what_is_blocked_and_is_none_where_all_is():
-    ways, start, goal = Ways(drivable(box_world())), np.array([1.0, 3.0]), np.array([5.0, 3.0])
-    stone = disc(ways.prices.shape, np.array([3.0, 3.0]), 0.5)
+    planner, start, goal = PathPlanner(make_drive_field(box_world())), np.array([1.0, 3.0]), np.array([5.0, 3.0])
+    stone = disc_mask(planner.prices.shape, np.array([3.0, 3.0]), 0.5)
 
-    assert np.hypot(*(ways.path(start, goal) - [3.0, 3.0]).T).min() < 0.1
-    assert np.hypot(*(ways.path(start, goal, stone) - [3.0, 3.0]).T).min() >= 0.5
-    assert ways.path(start, goal, np.ones_like(stone)) is None
+    assert np.hypot(*(planner.path(start, goal) - [3.0, 3.0]).T).min() < 0.1
+    assert np.hypot(*(planner.path(start, goal, stone) - [3.0, 3.0]).T).min() >= 0.5
+    assert planner.path(start, goal, np.ones_like(stone)) is None
 
 
 @pytest.mark.parametrize("group", ["furniture", "glass"])
 @pytest.mark.parametrize(("bottom", "top", "is_met"), [(0.0, 0.1, True), (0.28, 0.5, True), (1.0, 1.5, False)])
 def test_a_robot_keeps_off_all_that_it_could_touch_seen_or_not(group, bottom, top, is_met):
     box = Prism(np.array([[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]), top, bottom)
-    field = drivable(replace(box_world(), **{group: (box,)}))
+    field = make_drive_field(replace(box_world(), **{group: (box,)}))
 
     assert field.is_drivable[15, 15] == (not is_met)
 
@@ -81,12 +81,12 @@ def test_a_robot_keeps_off_all_that_it_could_touch_seen_or_not(group, bottom, to
 )
 def test_a_world_without_room_for_a_robot_is_refused(world, complaint):
     with pytest.raises(SimulationError, match=complaint):
-        drivable(world)
+        make_drive_field(world)
 
 
 @given(st.floats(-1, 7), st.floats(-1, 5))
 def test_the_nearest_cell_is_nearest(x, y):
-    mask = drivable(box_world()).is_drivable
+    mask = make_drive_field(box_world()).is_drivable
     row, col = nearest_cell(mask, np.array([x, y]))
     away = np.hypot(np.argwhere(mask)[:, 1] * 0.1 + 0.05 - x, np.argwhere(mask)[:, 0] * 0.1 + 0.05 - y)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sim.motion.coverage import SeenFloor
-from sim.motion.driving import Ways, drivable
+from sim.motion.driving import PathPlanner, make_drive_field
 from sim.motion.frontiers import Frontiers
 from sim.motion.piloting import Pilot
 from sim.motion.steering import Steering
@@ -15,7 +15,7 @@ from tests.sim.small_worlds import box_world, corridor_world, drive_exactly, pla
 
 
 class Scanning(Pilot):
-    """A pilot whose robot scans before every command, four times a second."""
+    """Pilot whose robot scans before every command, four times a second."""
 
     def scan_with(self, caster, lidar):
         self._eyes, self._count = (caster, lidar), 0
@@ -26,16 +26,16 @@ class Scanning(Pilot):
             caster, lidar = self._eyes
             reading = caster.cast(pose, lidar.angles, lidar.max_range_m, np.empty((0, 3)))
             self.guide.seen.add(pose[None], reading.ranges[None])
-            if self.guide.look():
+            if self.guide.is_path_outdated():
                 self.replan()
         return super().command(pose, time)
 
 
 def explore(world: World, lidar: Lidar, start: tuple[float, float], *, closes_loop: bool = False):
-    ways = Ways(drivable(world))
-    seen = SeenFloor(lidar, ways.prices.shape)
-    guide = Frontiers(ways, seen, np.array(start) if closes_loop else None)
-    pilot = Scanning(guide, ways, Steering(speed_m_s=0.9), turns_to_look=lidar.fov_deg < 360)
+    planner = PathPlanner(make_drive_field(world))
+    seen = SeenFloor(lidar, planner.prices.shape)
+    guide = Frontiers(planner, seen, np.array(start) if closes_loop else None)
+    pilot = Scanning(guide, planner, Steering(speed_m_s=0.9), turns_to_look=lidar.fov_deg < 360)
     pilot.scan_with(Caster(world, lidar.height_m), lidar)
     track, seconds = drive_exactly([pilot], [(*start, 1.0)], 400.0)
     return pilot, seen, track[0], seconds
@@ -45,7 +45,7 @@ def explore(world: World, lidar: Lidar, start: tuple[float, float], *, closes_lo
 def test_a_robot_sees_all_of_a_building_that_has_no_rooms_and_then_ends(lidar):
     office = plain_office(3)
     world = replace(office, rooms=(), floor=tuple(room.outline for room in office.rooms))
-    drive = drivable(world)
+    drive = make_drive_field(world)
     start = office.rooms[0].spot
     pilot, seen, track, seconds = explore(world, lidar, tuple(start))
 
@@ -64,8 +64,8 @@ def test_a_robot_that_closes_its_loop_comes_back():
 
 
 def test_a_robot_that_is_told_to_finish_explores_no_more():
-    ways = Ways(drivable(corridor_world(1.2)))
-    guide = Frontiers(ways, SeenFloor(Lidar(), ways.prices.shape))
+    planner = PathPlanner(make_drive_field(corridor_world(1.2)))
+    guide = Frontiers(planner, SeenFloor(Lidar(), planner.prices.shape))
     assert guide.path(np.array([1.7, 1.7])) is None  # nothing has been seen, so no way is known
     guide.finish()
 
@@ -73,12 +73,12 @@ def test_a_robot_that_is_told_to_finish_explores_no_more():
 
 
 def test_a_narrow_way_out_is_taken_where_there_is_no_other():
-    ways = Ways(drivable(box_world(6.0, 6.0)))
-    seen = SeenFloor(Lidar(), ways.prices.shape)
+    planner = PathPlanner(make_drive_field(box_world(6.0, 6.0)))
+    seen = SeenFloor(Lidar(), planner.prices.shape)
     seen.is_hit[34:40, 9:30] = True
     seen.is_hit[35:39, 10:30] = False
     seen.since[35:39, 10:30] = 0  # a passage four cells wide, and all its frontier
 
-    path = Frontiers(ways, seen).path(np.array([1.2, 3.7]))
+    path = Frontiers(planner, seen).path(np.array([1.2, 3.7]))
     assert path is not None
     assert path[-1, 0] > 2.4

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sim.motion.driving import Ways, drivable
+from sim.motion.driving import PathPlanner, make_drive_field
 from sim.motion.piloting import BACK_OFF_S, MOST_BACK_OFFS, STUCK_AFTER_S, Pilot
 from sim.motion.steering import Steering
 from sim.motion.tours import Tour
@@ -10,9 +10,9 @@ from tests.sim.small_worlds import box_world, corridor_world, drive_exactly, wal
 TOUCHING_M = 0.34  # between the centres of two robots
 
 
-def pilot_to(ways: Ways, *goals: tuple[float, float], gives_way: bool = False) -> Pilot:
+def pilot_to(planner: PathPlanner, *goals: tuple[float, float], gives_way: bool = False) -> Pilot:
     stops = [(f"stop {k}", np.array(goal)) for k, goal in enumerate(goals)]
-    return Pilot(Tour(ways, stops), ways, Steering(speed_m_s=0.9), gives_way=gives_way)
+    return Pilot(Tour(planner, stops), planner, Steering(speed_m_s=0.9), gives_way=gives_way)
 
 
 def meet(a: Pilot, b: Pilot) -> list[Pilot]:
@@ -22,7 +22,7 @@ def meet(a: Pilot, b: Pilot) -> list[Pilot]:
 
 def test_a_robot_drives_through_its_stops_off_the_walls():
     world = box_world()
-    pilot = pilot_to(Ways(drivable(world)), (5.2, 1.35), (1.0, 3.0))
+    pilot = pilot_to(PathPlanner(make_drive_field(world)), (5.2, 1.35), (1.0, 3.0))
     track, seconds = drive_exactly([pilot], [(1.0, 1.35, 3.0)], 60.0)
 
     assert pilot.guide.visited == ["stop 0", "stop 1"]
@@ -31,7 +31,7 @@ def test_a_robot_drives_through_its_stops_off_the_walls():
 
 
 def test_a_robot_that_does_not_move_backs_off_and_in_the_end_gives_up_and_says_so():
-    pilot = pilot_to(Ways(drivable(box_world())), (5.0, 3.0))
+    pilot = pilot_to(PathPlanner(make_drive_field(box_world())), (5.0, 3.0))
     pose = np.array([1.0, 1.0, 0.0])
     long_enough = round((MOST_BACK_OFFS + 2) * (STUCK_AFTER_S + BACK_OFF_S + 1) * 10)
     speeds = [pilot.command(pose, k / 10)[0] for k in range(long_enough)]
@@ -46,8 +46,8 @@ def test_a_robot_that_does_not_move_backs_off_and_in_the_end_gives_up_and_says_s
 @pytest.mark.parametrize("starts", [((1.7, 1.7, 0.0), (10.7, 1.7, 3.1)), ((4.2, 1.7, 0.0), (7.5, 1.7, 3.1))])
 def test_two_robots_get_past_each_other_in_a_corridor(width, starts):
     world = corridor_world(width)
-    ways = Ways(drivable(world))
-    pilots = meet(pilot_to(ways, (10.7, 1.7)), pilot_to(ways, (1.7, 1.7), gives_way=True))
+    planner = PathPlanner(make_drive_field(world))
+    pilots = meet(pilot_to(planner, (10.7, 1.7)), pilot_to(planner, (1.7, 1.7), gives_way=True))
     track, _ = drive_exactly(pilots, list(starts), 120.0)
 
     assert [pilot.note for pilot in pilots] == ["", ""]
@@ -57,10 +57,10 @@ def test_two_robots_get_past_each_other_in_a_corridor(width, starts):
 
 
 def test_a_robot_that_has_ended_makes_room_for_one_that_has_not():
-    ways = Ways(drivable(corridor_world(1.0)))
-    done = pilot_to(ways, (6.0, 1.7))
+    planner = PathPlanner(make_drive_field(corridor_world(1.0)))
+    done = pilot_to(planner, (6.0, 1.7))
     done.end()
-    pilots = meet(done, pilot_to(ways, (10.7, 1.7), gives_way=True))
+    pilots = meet(done, pilot_to(planner, (10.7, 1.7), gives_way=True))
     track, _ = drive_exactly(pilots, [(6.0, 1.7, 3.1), (1.7, 1.7, 0.0)], 60.0)
 
     assert pilots[1].guide.visited == ["stop 0"]
@@ -68,10 +68,10 @@ def test_a_robot_that_has_ended_makes_room_for_one_that_has_not():
 
 
 def test_a_robot_behind_one_that_never_moves_gives_up_in_the_end_and_says_so():
-    ways = Ways(drivable(corridor_world(1.0)))
-    wreck = Pilot(Tour(ways, [("nowhere", np.array([6.0, 1.7]))]), ways, Steering())
+    planner = PathPlanner(make_drive_field(corridor_world(1.0)))
+    wreck = Pilot(Tour(planner, [("nowhere", np.array([6.0, 1.7]))]), planner, Steering())
     wreck.position = np.array([6.0, 1.7])
-    pilot = pilot_to(ways, (10.7, 1.7), (11.0, 2.0))
+    pilot = pilot_to(planner, (10.7, 1.7), (11.0, 2.0))
     pilot.other = wreck
     _, seconds = drive_exactly([pilot], [(1.7, 1.7, 0.0)], 300.0)
 
@@ -86,8 +86,8 @@ def test_a_robot_that_does_not_look_all_round_turns_to_what_it_came_to_see():
         def faces(self):
             return np.array([1.0, 3.0])
 
-    ways = Ways(drivable(box_world()))
-    pilot = Pilot(Behind(ways, [("here", np.array([3.0, 3.0]))]), ways, Steering(), turns_to_look=True)
+    planner = PathPlanner(make_drive_field(box_world()))
+    pilot = Pilot(Behind(planner, [("here", np.array([3.0, 3.0]))]), planner, Steering(), turns_to_look=True)
     track, _ = drive_exactly([pilot], [(3.0, 3.0, 0.0)], 10.0)
 
     assert pilot.is_done

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sim.motion.steering import Follower, Steering, look_ahead
+from sim.motion.steering import PathFollower, Steering, look_ahead
 
 
 @pytest.mark.parametrize(("target", "turn"), [((0.0, 1.0), 1), ((0.0, -1.0), -1), ((1.0, 0.0), 0)])
@@ -23,7 +23,7 @@ def test_look_ahead_never_goes_back():
 
 def test_a_follower_knows_what_lies_ahead():
     path = np.stack([np.arange(50) * 0.1, np.zeros(50)], axis=-1)
-    follower = Follower(path)
+    follower = PathFollower(path)
     follower.target(np.array([1.0, 0.1]))
 
     assert np.array_equal(follower.rest, path[10:])

@@ -7,24 +7,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.errors import SimulationError
-from sim.motion.driving import Ways, drivable
+from sim.motion.driving import PathPlanner, make_drive_field
 from sim.motion.tours import (
     APART_M,
+    choose_starts,
     find_stops,
-    in_order,
     keep_apart,
     make_tour,
+    order_by_nearest,
     share_rooms,
     shorten_round,
-    starts_apart,
 )
 from sim.world import Prism
 from tests.sim.small_worlds import box_world, plain_office, rectangle
 
 WORLD = plain_office(1, size_m=(16.0, 11.0))
-DRIVE = drivable(WORLD)
-WAYS = Ways(DRIVE)
-BOX = drivable(box_world(6.0, 6.0))
+DRIVE = make_drive_field(WORLD)
+WAYS = PathPlanner(DRIVE)
+BOX = make_drive_field(box_world(6.0, 6.0))
 
 
 def test_shares_begin_at_opposite_ends_and_together_leave_no_room_out():
@@ -59,13 +59,13 @@ def test_a_tour_that_closes_its_loop_ends_at_its_start():
 @settings(max_examples=20, deadline=None)
 @given(st.lists(st.tuples(st.floats(0.6, 5.4), st.floats(2.2, 5.4)), min_size=5, max_size=5))
 def test_a_round_is_no_longer_for_being_shortened_and_nearly_the_shortest(points):
-    ways = Ways(BOX)
+    planner = PathPlanner(BOX)
     stops = [(str(k), np.array(point)) for k, point in enumerate(points)]
-    before = in_order(ways, stops, 0)
-    after = shorten_round(ways, before)
+    before = order_by_nearest(planner, stops, 0)
+    after = shorten_round(planner, before)
 
     def length(order):
-        return sum(ways.cost_m(p, q) for (_, p), (_, q) in zip(order, order[1:] + order[:1], strict=True))
+        return sum(planner.cost_m(p, q) for (_, p), (_, q) in zip(order, order[1:] + order[:1], strict=True))
 
     assert after[0][0] == before[0][0]
     assert {name for name, _ in after} == {name for name, _ in stops}
@@ -81,7 +81,7 @@ def test_a_spot_that_something_stands_on_is_moved_and_a_room_that_is_full_left_o
     low, high = second.outline.min(axis=0), second.outline.max(axis=0)
     crate = Prism(rectangle(*(first.spot - 0.2), *(first.spot + 0.2)), 1.0)
     full = Prism(rectangle(*low, *high), 1.0)
-    drive = drivable(replace(WORLD, furniture=(*WORLD.furniture, crate, full)))
+    drive = make_drive_field(replace(WORLD, furniture=(*WORLD.furniture, crate, full)))
     stops = find_stops(drive, (first, second, *others), np.random.default_rng(0))
 
     assert {name for name, _ in stops} == {room.name for room in (first, *others)}
@@ -98,7 +98,7 @@ def test_rooms_that_are_not_there_or_cannot_be_entered_are_one_clear_line():
 
 def test_a_stop_that_cannot_be_got_to_is_tried_last_and_then_left_out():
     stops = [(name, np.array([x, 3.0])) for name, x in (("one", 1.0), ("two", 3.0), ("three", 5.0))]
-    tour = make_tour(Ways(BOX), stops, stops[0][1])
+    tour = make_tour(PathPlanner(BOX), stops, stops[0][1])
     tour.put_off()
     assert [name for name, _ in tour.stops] == ["two", "three", "one"]
     tour.arrive()
@@ -112,7 +112,7 @@ def test_a_stop_that_cannot_be_got_to_is_tried_last_and_then_left_out():
 
 def test_the_last_stop_is_tried_twice_too_and_every_stop_that_was_left_out_is_told():
     stops = [(name, np.array([x, 3.0])) for name, x in (("one", 1.0), ("two", 3.0))]
-    tour = make_tour(Ways(BOX), stops, stops[0][1])
+    tour = make_tour(PathPlanner(BOX), stops, stops[0][1])
     for left in (["two", "one"], ["one", "two"], ["two"]):
         tour.put_off()
         assert [name for name, _ in tour.stops] == left
@@ -120,7 +120,7 @@ def test_the_last_stop_is_tried_twice_too_and_every_stop_that_was_left_out_is_to
     assert tour.is_done
     assert tour.note == "could not get to one; could not get to two"
 
-    alone = make_tour(Ways(BOX), stops[:1], stops[0][1])
+    alone = make_tour(PathPlanner(BOX), stops[:1], stops[0][1])
     alone.put_off()
     assert not alone.is_done
     alone.put_off()
@@ -130,7 +130,7 @@ def test_the_last_stop_is_tried_twice_too_and_every_stop_that_was_left_out_is_to
 @pytest.mark.parametrize("apart", [0.0, 0.3, 0.7, 1.0])
 def test_starts_are_as_far_apart_as_wanted(apart):
     def gap(share, seed):
-        return WAYS.cost_m(*starts_apart(DRIVE, WAYS, share, np.random.default_rng(seed)))
+        return WAYS.cost_m(*choose_starts(DRIVE, WAYS, share, np.random.default_rng(seed)))
 
     assert np.mean([gap(apart, seed) for seed in range(5)]) >= np.mean([gap(apart - 0.3, seed) for seed in range(5)])
     assert gap(1.0, 1) > 10.0
@@ -144,4 +144,4 @@ def test_starts_are_kept_apart(x, y):
 
     assert np.hypot(*(start - other)) >= APART_M - 1e-9
     with pytest.raises(SimulationError, match="no place for a second robot"):
-        keep_apart(drivable(box_world(1.5, 1.2)), np.array([0.7, 0.6]), np.array([0.7, 0.6]))
+        keep_apart(make_drive_field(box_world(1.5, 1.2)), np.array([0.7, 0.6]), np.array([0.7, 0.6]))

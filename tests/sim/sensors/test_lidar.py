@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
-from sim.sensors.lidar import LIDARS, Lidar, lidar_named
+from sim.sensors.lidar import LIDARS, Lidar, find_lidar
 
 
 def test_readings_out_of_reach_are_inf_and_readings_too_near_are_none():
@@ -97,9 +97,9 @@ def test_a_pane_returns_as_often_as_it_says_and_never_to_an_exact_scanner():
 
 def test_profiles_are_found_by_name():
     assert {"rplidar-a1", "rplidar-a2", "urg-04lx", "utm-30lx", "lms1xx"} <= set(LIDARS)
-    assert lidar_named("utm-30lx") is LIDARS["utm-30lx"]
+    assert find_lidar("utm-30lx") is LIDARS["utm-30lx"]
     with pytest.raises(InputError, match="no lidar 'utm'; there are: rplidar-a1, rplidar-a2, "):
-        lidar_named("utm")
+        find_lidar("utm")
 
 
 @pytest.mark.parametrize(("name", "first", "step"), [("utm-30lx", 135.0, 0.25), ("lms1xx", 135.0, 0.5)])

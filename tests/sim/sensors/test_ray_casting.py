@@ -21,7 +21,7 @@ CYLINDER = r'<collision><origin xyz="0 0 ([\d.]+)"/><geometry><cylinder radius="
 
 
 def scattered(seed: int) -> World:
-    """Bars of all sizes and directions, some above and some below a scanner, some of glass."""
+    """Make bars of all sizes and directions, some above and some below a scanner, some of glass."""
     rng = np.random.default_rng(seed)
 
     def drawn(count: int) -> tuple[Prism, ...]:
@@ -51,7 +51,7 @@ def test_buckets_change_nothing(seed, x, y, yaw, height):
     others = np.random.default_rng(seed).uniform(0, 9, (2, 3))
 
     fast = Caster(world, height).cast(pose, ANGLES[::4], 7.0, others)
-    slow = naive.read(world, pose, ANGLES[::4], 7.0, height, circles(others, height))
+    slow = naive.ray_hits(world, pose, ANGLES[::4], 7.0, height, circles(others, height))
 
     for one, other in ((fast.ranges, slow.ranges), (fast.glass, slow.glass)):
         assert np.isclose(one, other, rtol=0, atol=1e-9).mean() > 0.98  # a ray may just graze a corner for one of them

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from rectmerge.errors import InputError
 from sim._kernels.pose_graph import solve_profile
-from sim.slam.loop_closure import KeyScans, Links, carry, solve_graph
-from sim.slam.odometry import between, chain, compose
+from sim.slam.loop_closure import KeyScans, Links, propagate_corrections, solve_graph
+from sim.slam.poses import chain_poses, compose_poses, relative_poses
 from tests.sim import naive
 from tests.sim.scan_walks import LIDAR, ring_walk, ring_world
 
@@ -14,27 +14,27 @@ seeds = st.integers(0, 10_000)
 
 
 def random_graph(seed: int, count: int = 12) -> tuple[np.ndarray, Links]:
-    """Poses of a walk, and exact links along it and across."""
+    """Return the poses of a walk, and exact links along it and across."""
     rng = np.random.default_rng(seed)
-    poses = chain(rng.uniform(-3, 3, 3), rng.uniform([0.1, -0.1, -0.6], [0.6, 0.1, 0.6], (count - 1, 3)))
+    poses = chain_poses(rng.uniform(-3, 3, 3), rng.uniform([0.1, -0.1, -0.6], [0.6, 0.1, 0.6], (count - 1, 3)))
     across = rng.integers(0, count, (5, 2))
     pairs = np.concatenate([np.stack([np.arange(count - 1), np.arange(1, count)], axis=1), across])
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]
-    motions = between(poses[pairs[:, 0]], poses[pairs[:, 1]])
+    motions = relative_poses(poses[pairs[:, 0]], poses[pairs[:, 1]])
     return poses, Links(pairs, motions, rng.uniform(0.01, 0.1, (len(pairs), 3)))
 
 
 def drifted(poses: np.ndarray, turn_per_step: float) -> np.ndarray:
-    return chain(poses[0], between(poses[:-1], poses[1:]) + np.array([0.0, 0.0, turn_per_step]))
+    return chain_poses(poses[0], relative_poses(poses[:-1], poses[1:]) + np.array([0.0, 0.0, turn_per_step]))
 
 
 def end_errors(poses: np.ndarray, ranges: np.ndarray, believed: np.ndarray) -> tuple[float, float]:
-    """Distance of the last pose from the truth before and after every scan has been looked at."""
+    """Return the distance of the last pose from the truth before and after all scans."""
     keys = KeyScans(LIDAR.angles, LIDAR.max_range_m, 0.05, 180)
     keys.add(believed[0], ranges[0])
-    for step, scan in zip(between(believed[:-1], believed[1:]), ranges[1:], strict=True):
-        keys.add(compose(keys.poses[-1], step), scan)
-        keys.close()
+    for step, scan in zip(relative_poses(believed[:-1], believed[1:]), ranges[1:], strict=True):
+        keys.add(compose_poses(keys.poses[-1], step), scan)
+        keys.close_loop()
     before, after = (float(np.hypot(*(last - poses[-1])[:2])) for last in (believed[-1], keys.poses[-1]))
     return before, after
 
@@ -56,7 +56,7 @@ def test_links_that_agree_are_satisfied_whatever_the_first_guess(seed):
     guess = poses + np.random.default_rng(seed).normal(0.0, 0.1, poses.shape)
     guess[0] = poses[0]
 
-    assert np.abs(between(poses, solve_graph(guess, links))).max() < 1e-3
+    assert np.abs(relative_poses(poses, solve_graph(guess, links))).max() < 1e-3
 
 
 @given(seeds)
@@ -65,11 +65,11 @@ def test_the_solution_is_the_best_place_nearby(seed):
     rng = np.random.default_rng(seed)
     torn = Links(links.pairs, links.motions + rng.normal(0.0, 0.02, links.motions.shape), links.stds)
     solved = solve_graph(poses, torn)
-    cost = (torn.stretch(solved) ** 2).sum()
+    cost = (torn.residuals(solved) ** 2).sum()
 
     for _ in range(10):
         aside = solved + np.vstack([np.zeros(3), rng.normal(0.0, 0.02, (len(poses) - 1, 3))])
-        assert (torn.stretch(aside) ** 2).sum() >= cost * (1 - 1e-6)
+        assert (torn.residuals(aside) ** 2).sum() >= cost * (1 - 1e-6)
 
 
 def test_a_ring_walked_with_biased_wheels_closes():
@@ -81,13 +81,13 @@ def test_a_ring_walked_with_biased_wheels_closes():
 
 
 def test_a_bare_corridor_is_no_proof_of_having_been_there():
-    poses = chain(np.array([3.5, 1.1, 0.0]), np.tile([0.12, 0.0, 0.0], (40, 1)))
+    poses = chain_poses(np.array([3.5, 1.1, 0.0]), np.tile([0.12, 0.0, 0.0], (40, 1)))
     ranges = np.array([naive.cast(ring_world(is_bare=True), pose, LIDAR.angles, 2.5) for pose in poses])
     keys = KeyScans(LIDAR.angles, 2.5, 0.05, 180)
     for pose, scan in zip(poses, ranges, strict=True):
         keys.add(pose * [0.3, 1.0, 1.0], scan)  # it believes that it has moved little
 
-        assert not keys.close()
+        assert not keys.close_loop()
 
 
 def test_scans_without_a_reading_close_nothing():
@@ -95,26 +95,26 @@ def test_scans_without_a_reading_close_nothing():
     for _ in range(40):
         keys.add(np.zeros(3), np.full(180, np.nan))
 
-        assert not keys.close()
+        assert not keys.close_loop()
 
 
 @settings(max_examples=30)
 @given(seeds)
 def test_poses_in_between_are_carried_along(seed):
     rng = np.random.default_rng(seed)
-    trail = chain(rng.uniform(-3, 3, 3), rng.uniform([0.0, 0.0, -0.5], [0.3, 0.1, 0.5], (20, 3)))
+    trail = chain_poses(rng.uniform(-3, 3, 3), rng.uniform([0.0, 0.0, -0.5], [0.3, 0.1, 0.5], (20, 3)))
     kept = np.array([0, 4, 5, 11, 18])
     frame = rng.uniform(-3, 3, 3)
 
-    assert np.allclose(between(trail, carry(trail, kept, trail[kept])), 0.0, atol=1e-9)
-    moved = carry(trail, kept, compose(frame, trail[kept]))
-    assert np.allclose(between(compose(frame, trail), moved), 0.0, atol=1e-9)
+    assert np.allclose(relative_poses(trail, propagate_corrections(trail, kept, trail[kept])), 0.0, atol=1e-9)
+    moved = propagate_corrections(trail, kept, compose_poses(frame, trail[kept]))
+    assert np.allclose(relative_poses(compose_poses(frame, trail), moved), 0.0, atol=1e-9)
     bent = trail[kept] + rng.normal(0.0, 0.1, (5, 3))
-    assert np.allclose(between(bent, carry(trail, kept, bent)[kept]), 0.0, atol=1e-9)
+    assert np.allclose(relative_poses(bent, propagate_corrections(trail, kept, bent)[kept]), 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("pairs", "complaint"), [([[0, 1], [1, 7]], "links name poses"), ([[0, 1]], "hangs on no link")]
+    ("pairs", "complaint"), [([[0, 1], [1, 7]], "links name poses"), ([[0, 1]], "a pose of the graph has no link")]
 )
 def test_a_graph_that_cannot_be_solved_is_refused(pairs, complaint):
     links = Links(np.array(pairs), np.ones((len(pairs), 3)), np.ones((len(pairs), 3)))

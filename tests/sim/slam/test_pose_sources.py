@@ -6,18 +6,19 @@ import numpy as np
 import pytest
 
 from rectmerge.errors import InputError
-from sim.slam.odometry import between, drive_blind
+from sim.slam.odometry import simulate_odometry
 from sim.slam.pose_sources import Slam, estimate_poses
+from sim.slam.poses import relative_poses
 from tests.sim.scan_walks import LIDAR, ring_walk, room_walk
 
 HASH = """
 import hashlib
-from tests.sim.slam.test_pose_sources import believed
-print(hashlib.sha256(believed(loop_closure=True, walk="ring").tobytes()).hexdigest())
+from tests.sim.slam.test_pose_sources import estimated
+print(hashlib.sha256(estimated(loop_closure=True, walk="ring").tobytes()).hexdigest())
 """
 
 
-def believed(source: str = "slam", *, seed: int = 0, walk: str = "room", **kwargs: object) -> np.ndarray:
+def estimated(source: str = "slam", *, seed: int = 0, walk: str = "room", **kwargs: object) -> np.ndarray:
     poses, ranges = ring_walk() if walk == "ring" else room_walk()
     values = {
         "poses": poses,
@@ -31,22 +32,22 @@ def believed(source: str = "slam", *, seed: int = 0, walk: str = "room", **kwarg
 
 
 def error(estimate: np.ndarray, true: np.ndarray) -> float:
-    """Root mean square of the distances, metres."""
+    """Return the root mean square of the distances, metres."""
     return float(np.sqrt(((estimate - true)[:, :2] ** 2).sum(axis=1).mean()))
 
 
 def test_the_truth_is_returned_as_it_is_and_not_shared():
     poses = room_walk()[0]
-    estimate = believed("truth")
+    estimate = estimated("truth")
     estimate[0] = 99.0
 
-    assert np.array_equal(believed("truth"), poses)
+    assert np.array_equal(estimated("truth"), poses)
 
 
 def test_odometry_is_what_the_wheels_say():
     poses = room_walk()[0]
 
-    assert np.array_equal(believed("odometry", seed=3), drive_blind(poses, np.random.default_rng(3)))
+    assert np.array_equal(estimated("odometry", seed=3), simulate_odometry(poses, np.random.default_rng(3)))
 
 
 @pytest.mark.parametrize("loop_closure", [False, True])
@@ -56,10 +57,10 @@ def test_slam_starts_at_the_truth_and_stays_near_where_wheels_do_not(walk, loop_
     wheels, slam = [], []
     for seed in range(3):
         same = {"seed": seed, "walk": walk, "slam": Slam(wheel_level=2.0)}
-        wheels.append(error(believed("odometry", **same), poses))
-        estimate = believed(**same, loop_closure=loop_closure)
+        wheels.append(error(estimated("odometry", **same), poses))
+        estimate = estimated(**same, loop_closure=loop_closure)
         slam.append(error(estimate, poses))
-        assert np.allclose(between(poses[0], estimate[0]), 0.0, atol=1e-9)
+        assert np.allclose(relative_poses(poses[0], estimate[0]), 0.0, atol=1e-9)
 
     assert np.mean(slam) < 0.25 * np.mean(wheels)
     assert max(slam) < (0.04 if walk == "room" else 0.3)
@@ -74,35 +75,35 @@ def test_what_moves_and_what_is_lost_is_survived():
     seen = np.where(rng.random(seen.shape) < 0.1, seen * rng.uniform(0.5, 1.0, seen.shape), seen)
     seen[10:13] = np.nan
 
-    assert error(believed(ranges=seen), poses) < 0.06
+    assert error(estimated(ranges=seen), poses) < 0.06
 
 
 @pytest.mark.parametrize("nothing", [np.nan, np.inf])
 def test_without_readings_the_mapper_believes_its_wheels(nothing):
-    blind = believed("odometry")
-    estimate = believed(ranges=np.full_like(room_walk()[1], nothing), loop_closure=True)
+    blind = estimated("odometry")
+    estimate = estimated(ranges=np.full_like(room_walk()[1], nothing), loop_closure=True)
 
-    assert np.allclose(between(blind, estimate), 0.0, atol=1e-6)
+    assert np.allclose(relative_poses(blind, estimate), 0.0, atol=1e-6)
 
 
 def test_a_robot_that_stands_still_stays_where_it_is():
     poses, ranges = room_walk()
-    estimate = believed(poses=np.repeat(poses[:1], 20, axis=0), ranges=np.repeat(ranges[:1], 20, axis=0))
+    estimate = estimated(poses=np.repeat(poses[:1], 20, axis=0), ranges=np.repeat(ranges[:1], 20, axis=0))
 
-    assert np.allclose(between(poses[0], estimate), 0.0, atol=1e-9)
+    assert np.allclose(relative_poses(poses[0], estimate), 0.0, atol=1e-9)
 
 
 def test_the_mappers_settings_matter():
     rough = Slam(resolution_m=0.1, key_distance_m=1.0, key_turn_deg=40.0, beams=30)
     poses = room_walk()[0]
 
-    assert error(believed(slam=rough), poses) > error(believed(), poses)
+    assert error(estimated(slam=rough), poses) > error(estimated(), poses)
 
 
 def test_the_same_seed_gives_the_same_bytes_in_any_process():
     done = subprocess.run([sys.executable, "-c", HASH], capture_output=True, text=True, check=True)
 
-    assert done.stdout.strip() == hashlib.sha256(believed(loop_closure=True, walk="ring").tobytes()).hexdigest()
+    assert done.stdout.strip() == hashlib.sha256(estimated(loop_closure=True, walk="ring").tobytes()).hexdigest()
 
 
 @pytest.mark.parametrize(
@@ -118,7 +119,7 @@ def test_the_same_seed_gives_the_same_bytes_in_any_process():
 )
 def test_estimate_poses_says_what_is_wrong(source, values, complaint):
     with pytest.raises(InputError, match=complaint):
-        believed(source, **values)
+        estimated(source, **values)
 
 
 @pytest.mark.parametrize(

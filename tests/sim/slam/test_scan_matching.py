@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rectmerge.errors import InputError
 from sim._kernels.matching import search
 from sim.sensors.lidar import Lidar
-from sim.slam.odometry import between, compose
+from sim.slam.poses import compose_poses, relative_poses
 from sim.slam.scan_matching import BLOCK, GrowingMap, scan_hits
 from sim.world import World
 from tests.sim import naive
@@ -18,7 +18,7 @@ from tests.sim.small_worlds import box_world
 
 LIDAR = Lidar(beams=1080)
 WORLD, POSE = box_world(), np.array([1.53, 2.07, 0.4])
-AROUND = compose(POSE, np.array([[0.0, 0.0, 0.0], [0.21, 0.13, 0.5], [-0.17, 0.2, -0.4]]))
+AROUND = compose_poses(POSE, np.array([[0.0, 0.0, 0.0], [0.21, 0.13, 0.5], [-0.17, 0.2, -0.4]]))
 
 
 def map_of(world: World, *poses: np.ndarray) -> GrowingMap:
@@ -37,7 +37,7 @@ def hits(world: World, pose: np.ndarray) -> np.ndarray:
 
 
 SEEN = np.array([cast(WORLD, pose) for pose in AROUND])
-TRUE_HITS = hits(WORLD, compose(POSE, np.array([0.1, -0.06, 0.2])))
+TRUE_HITS = hits(WORLD, compose_poses(POSE, np.array([0.1, -0.06, 0.2])))
 
 
 @settings(max_examples=40)
@@ -56,11 +56,11 @@ def test_the_search_finds_what_trying_everything_finds(seed):
 @settings(max_examples=20)
 @given(st.floats(-0.12, 0.12), st.floats(-0.12, 0.12), st.floats(-0.08, 0.08), st.floats(-3, 3), st.floats(-50, 50))
 def test_a_displacement_in_a_room_is_recovered_in_any_frame(x, y, turn, yaw, away):
-    frame, true = np.array([away, -3.0, yaw]), compose(POSE, np.array([0.1, -0.06, 0.2]))
+    frame, true = np.array([away, -3.0, yaw]), compose_poses(POSE, np.array([0.1, -0.06, 0.2]))
     made = GrowingMap(0.015)
-    made.insert(compose(frame, AROUND), LIDAR.angles, SEEN, LIDAR.max_range_m)
-    guess = compose(compose(frame, true), np.array([x, y, turn]))
-    error = between(compose(frame, true), made.match(TRUE_HITS, guess, window_m=0.15, window_rad=0.1).pose)
+    made.insert(compose_poses(frame, AROUND), LIDAR.angles, SEEN, LIDAR.max_range_m)
+    guess = compose_poses(compose_poses(frame, true), np.array([x, y, turn]))
+    error = relative_poses(compose_poses(frame, true), made.match(TRUE_HITS, guess, window_m=0.15, window_rad=0.1).pose)
 
     assert np.hypot(error[0], error[1]) < 0.01
     assert abs(np.degrees(error[2])) < 0.3
@@ -72,8 +72,8 @@ def test_a_scan_holds_in_a_room_and_slides_along_a_bare_corridor():
     corridor = map_of(bare, middle).match(hits(bare, middle)[near], middle, window_m=0.1, window_rad=0.05)
     room = map_of(WORLD, POSE).match(hits(WORLD, POSE), POSE, window_m=0.1, window_rad=0.05)
 
-    assert corridor.grip < 0.05
-    assert room.grip > 0.3
+    assert corridor.conditioning < 0.05
+    assert room.conditioning > 0.3
 
 
 def test_trust_keeps_a_scan_near_the_guess_where_the_map_says_nothing():
@@ -81,7 +81,7 @@ def test_trust_keeps_a_scan_near_the_guess_where_the_map_says_nothing():
     points = hits(bare, middle)
     points = points[np.abs(points[:, 0]) < 2.5]
     guess = middle + np.array([0.07, 0.03, 0.0])
-    found = map_of(bare, middle).match(points, guess, window_m=0.15, window_rad=0.05, trust=(5.0, 4.0))
+    found = map_of(bare, middle).match(points, guess, window_m=0.15, window_rad=0.05, prior_weights=(5.0, 4.0))
 
     assert found.pose[0] == pytest.approx(guess[0], abs=0.02)
     assert found.pose[1] == pytest.approx(middle[1], abs=0.025)  # half a cell
@@ -89,7 +89,7 @@ def test_trust_keeps_a_scan_near_the_guess_where_the_map_says_nothing():
 
 def test_off_the_map_the_guess_stays_and_the_score_is_nothing():
     guess = np.array([500.0, 500.0, 1.0])
-    found = map_of(WORLD, POSE).match(hits(WORLD, POSE), guess, window_m=0.1, window_rad=0.05, trust=(1.0, 1.0))
+    found = map_of(WORLD, POSE).match(hits(WORLD, POSE), guess, window_m=0.1, window_rad=0.05, prior_weights=(1.0, 1.0))
 
     assert np.allclose(found.pose, guess, atol=1e-6)
     assert found.score == 0.0
