@@ -28,14 +28,14 @@ def drifted(poses: np.ndarray, turn_per_step: float) -> np.ndarray:
     return chain_poses(poses[0], relative_poses(poses[:-1], poses[1:]) + np.array([0.0, 0.0, turn_per_step]))
 
 
-def end_errors(poses: np.ndarray, ranges: np.ndarray, believed: np.ndarray) -> tuple[float, float]:
+def end_errors(poses: np.ndarray, ranges: np.ndarray, estimated: np.ndarray) -> tuple[float, float]:
     """Return the distance of the last pose from the truth before and after all scans."""
     keys = KeyScans(LIDAR.angles, LIDAR.max_range_m, 0.05, 180)
-    keys.add(believed[0], ranges[0])
-    for step, scan in zip(relative_poses(believed[:-1], believed[1:]), ranges[1:], strict=True):
+    keys.add(estimated[0], ranges[0])
+    for step, scan in zip(relative_poses(estimated[:-1], estimated[1:]), ranges[1:], strict=True):
         keys.add(compose_poses(keys.poses[-1], step), scan)
         keys.close_loop()
-    before, after = (float(np.hypot(*(last - poses[-1])[:2])) for last in (believed[-1], keys.poses[-1]))
+    before, after = (float(np.hypot(*(last - poses[-1])[:2])) for last in (estimated[-1], keys.poses[-1]))
     return before, after
 
 
