@@ -76,7 +76,7 @@ def _write_map(seen: Survey, output: Path, *, resolution: float, force: bool) ->
     write_map(grid, clear_folder(output, MAP, force=force) / MAP[0])
     how = "our scan matching" if seen.is_matched else "the log's poses"
     height, width = grid.shape
-    typer.echo(f"{len(seen.robot.times)} scans that moved on, by {how}: {width} x {height} cells of {resolution:g} m")
+    typer.echo(f"{len(seen.robot.times)} scans with movement, by {how}: {width} x {height} cells of {resolution:g} m")
     typer.echo(f"written: {output / MAP[0]}")
 
 

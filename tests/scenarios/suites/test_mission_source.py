@@ -8,7 +8,7 @@ import pytest
 from rectmerge.errors import SimulationError
 from scenarios.dataset.packing import make
 from scenarios.suites import mission_source as missionsource
-from scenarios.suites.mission_source import BUILDINGS, MissionSource
+from scenarios.suites.mission_source import MAX_BUILDINGS, MissionSource
 from scenarios.suites.spec import Scenario
 from tests.scenarios.known_answers import pair
 from tests.sim.small_worlds import office_log
@@ -66,7 +66,7 @@ def test_where_no_building_has_every_pair_the_first_with_most_counts_and_the_res
     tried = buildings((), (1,), None, (0,), None, ())
     explored = SOURCE.mission_pairs()
 
-    assert tried == list(range(BUILDINGS))
+    assert tried == list(range(MAX_BUILDINGS))
     assert [(one.pair_id, one.info["building"]) for one in explored.pairs] == [("office-0003-n1", 1)]
     assert explored.failed == {"office-0003-n0": "too little at 0"}
     assert explored.log.discarded.count("the robots met a wall") == 2
@@ -75,7 +75,7 @@ def test_where_no_building_has_every_pair_the_first_with_most_counts_and_the_res
 
 
 def test_where_no_building_has_a_mission_every_pair_fails_with_the_reason(buildings):
-    buildings(*[None] * BUILDINGS)
+    buildings(*[None] * MAX_BUILDINGS)
     failed = make(SOURCE, 0).package.failed
 
     assert failed.keys() == set(SOURCE.pair_ids)
@@ -85,7 +85,7 @@ def test_where_no_building_has_a_mission_every_pair_fails_with_the_reason(buildi
 def test_buildings_share_no_seed_and_the_first_keeps_its_own():
     seeds = [
         replace(SOURCE, seed=seed, building=building)._seed(purpose)
-        for seed, building, purpose in product(range(20), range(BUILDINGS), ("world", "mission", "pair"))
+        for seed, building, purpose in product(range(20), range(MAX_BUILDINGS), ("world", "mission", "pair"))
     ]
 
     assert len(set(seeds)) == len(seeds)
