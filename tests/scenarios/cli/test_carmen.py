@@ -29,7 +29,7 @@ def test_a_log_becomes_a_map(tmp_path, log, capsys):
     grid = read_map(tmp_path / "map" / "map.yaml")
     walls = grid.pixel_to_map(np.argwhere(grid.occupied)[:, ::-1].astype(float))
     assert (status, shown.err) == (0, "")
-    assert "188 scans that moved on, by the log's poses" in shown.out
+    assert "188 scans with movement, by the log's poses" in shown.out
     assert sorted(path.name for path in (tmp_path / "map").iterdir()) == ["map.pgm", "map.yaml"]
     assert wall_distance(WALK.world, walls).mean() < 0.03
 
