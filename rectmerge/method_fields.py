@@ -81,7 +81,10 @@ def _value(cls: type, key: str, group: Any, path: str, value: object) -> object:
     try:
         return _converter().structure(value, get_type_hints(cls)[key])
     except (ValueError, TypeError) as error:
-        raise MethodError(f"{path}={to_text(value)}: {error}") from error
+        kind = get_type_hints(cls)[key]
+        numbers = {int: "a whole number", float: "a number"}
+        reason = f"must be {numbers[kind]}, got {value!r}" if kind in numbers else str(error)
+        raise MethodError(f"{path}={to_text(value)}: {reason}") from error
 
 
 def _nested(fields: Mapping[str, object]) -> dict[str, Any]:

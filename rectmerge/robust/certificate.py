@@ -142,7 +142,7 @@ def certify(
         raise InputError(f"map {'A' if features[0] is None else 'B'} has no wall beside free space")
     limits = params.certificate
     score = FaceScore.from_placement(features[0], features[1], pixels, params)
-    search = _Search(score, limits.widened(scale), _extent(a) / features[0].factor, limits)
+    search = _Search(score, params.exact.widened(scale), _extent(a) / features[0].factor, limits)
     search.run(time.perf_counter() + seconds)
     met = search.met
     return Certificate(

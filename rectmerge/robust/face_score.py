@@ -70,7 +70,7 @@ class FaceScore:
         sampled = _sampled(*faces, params.certificate)
         score = cls(a, b, (float(centre[0]), float(centre[1])), given, 0.0, *sampled, (_NOTHING, _NOTHING))
         by_noise = []
-        for spread in params.certificate.spreads_cells:
+        for spread in params.rank.spreads_cells:
             noise = WallNoise((spread,), params.certificate.outliers)
             gains = _gains(faces[0], noise, params.gain), _gains(faces[1], noise, params.gain)
             by_noise.append(replace(score, spread_cells=spread, gains=gains))

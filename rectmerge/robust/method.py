@@ -24,7 +24,7 @@ from rectmerge.similarity import Similarity
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Robust(Params):
-    """Align by rectangles and walls; says how sure it is, and no.
+    """Align by rectangles and walls, with a probability, or refuse with a reason.
 
     Every pair of maximal empty rectangles that could be the same room, in four quarter turns, proposes a placement;
     where these do not convince, so does every shift, correlated at every scale. Each is scored by the walls, face by

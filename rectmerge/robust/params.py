@@ -25,9 +25,13 @@ CHANGED_BY_HAND = "fitted to hand-held maps of three places, then changed by han
 LAYOUT = "hand, no data; trades time for exactness"
 
 
-def param(value: T, unit: str, source: str, *, least: float | None = None) -> T:
-    """Declare a parameter; counts are at least 1 and other numbers above 0, unless `least` allows less."""
-    field: T = dataclasses.field(default=value, metadata={"unit": unit, "source": source, "least": least})
+def param(value: T, unit: str, source: str, *, least: float | None = None, length: int | None = None) -> T:
+    """Declare a parameter; counts are at least 1 and other numbers above 0, unless `least` allows less.
+
+    Shares and probabilities are at most 1. `length` is the number of values where it cannot be another.
+    """
+    metadata = {"unit": unit, "source": source, "least": least, "length": length}
+    field: T = dataclasses.field(default=value, metadata=metadata)
     return field
 
 
@@ -37,7 +41,7 @@ def ablation(row: str) -> str:
 
 
 class Group:
-    """Base of the groups: a number that is not finite, or below the least allowed, is an `InputError`."""
+    """Base of the groups: a number that is not finite or out of its bounds is an `InputError`."""
 
     __slots__ = ()
 
@@ -46,7 +50,13 @@ class Group:
             value, least = getattr(self, field.name), field.metadata.get("least")
             if isinstance(value, bool) or not isinstance(value, int | float | tuple):
                 continue
-            for number in value if isinstance(value, tuple) else (value,):
+            numbers = value if isinstance(value, tuple) else (value,)
+            if len(numbers) != (field.metadata.get("length") or len(numbers)):
+                raise InputError(f"{field.name} must be {field.metadata['length']} values, got {len(numbers)}")
+            most = 1 if field.metadata.get("unit", "").startswith(("share", "probability")) else math.inf
+            for number in numbers:
+                if number > most:
+                    raise InputError(f"{field.name} must be at most 1, got {value}")
                 if least is None and isinstance(number, int) and number < 1:
                     raise InputError(f"{field.name} must be >= 1, got {value}")
                 if not math.isfinite(number) or (number <= 0 if least is None else number < least):
@@ -116,7 +126,7 @@ class ProposeParams(Group):
     scale_slack: float = param(0.03, "log scale", HAND)  # of hypotheses beyond the bounds; refinement comes back
     noise_spreads_cells: tuple[float, ...] = param((1.5, 3.75), "cells", HAND)  # of walls about their partners
     noise_outliers: float = param(0.25, "share", HAND)  # of walls that the other map lacks
-    screen_points: tuple[int, ...] = param((40, 200), "wall points", LAYOUT)  # of each map in the two screenings
+    screen_points: tuple[int, ...] = param((40, 200), "wall points", LAYOUT, length=2)  # in the two screenings
     max_screened: int = param(1000, "hypotheses", LAYOUT)  # kept by the first screening
     max_refined: int = param(60, "hypotheses", LAYOUT)
     max_fits: int = param(15, "placements", LAYOUT)  # refined ones that are ranked
@@ -152,8 +162,8 @@ class RankParams(Group):
     rigid_reaches_cells: tuple[float, ...] = param((2.0, 2.0, 2.0), "cells", HAND)
     bent_reaches_cells: tuple[float, ...] = param((10.0, 10.0, 10.0), "cells", HAND)
     refine_points: int = param(800, "wall points", LAYOUT)  # of each map
-    spreads_cells: tuple[float, ...] = param((1.0, 2.0, 4.0), "cells", HAND)  # of rigid, drifting and bent maps
-    outliers: tuple[float, ...] = param((0.05, 0.15, 0.25), "share", HAND)  # of the same
+    spreads_cells: tuple[float, ...] = param((1.0, 2.0, 4.0), "cells", HAND, length=3)  # rigid, drifting, bent
+    outliers: tuple[float, ...] = param((0.05, 0.15, 0.25), "share", HAND, length=3)  # of the same
     rigid_damping: float = param(0.25, "power of the overlap", HAND)  # of the first likelihood
     loose_damping: float = param(0.5, "power of the overlap", HAND)  # of the others
     max_bent_fits: int = param(8, "placements", LAYOUT)  # scored block by block
@@ -183,10 +193,10 @@ class ConfidenceParams(Group):
     use_rigid: bool = param(True, "switch", ablation("the model of rigid maps"))
     use_bent: bool = param(True, "switch", ablation("the model of bent maps"))
     rigid: tuple[float, ...] = param(
-        (-4.28, 1.89, 6.44, -7.97, 1.00, -39.86, 2.74), "log-odds per term", CALIBRATED, least=-math.inf
+        (-4.28, 1.89, 6.44, -7.97, 1.00, -39.86, 2.74), "log-odds per term", CALIBRATED, least=-math.inf, length=7
     )
     bent: tuple[float, ...] = param(
-        (-8.0, 11.3, 10.0, -15.0, -80.0), "log-odds per term", CHANGED_BY_HAND, least=-math.inf
+        (-8.0, 11.3, 10.0, -15.0, -80.0), "log-odds per term", CHANGED_BY_HAND, least=-math.inf, length=5
     )
     min_overlap: float = param(0.03, "share", HAND)  # added before the logarithm
     min_matched_faces: float = param(20.0, "faces", HAND)  # added before the logarithm
@@ -211,7 +221,12 @@ class ExactParams(Group):
     looked_at: int = param(8, "times the surface points", LAYOUT)  # asked whether they lie inside the other map
     min_matched_share: float = param(0.5, "share of the surface", HAND)  # with a partner, or the placement stays
     correlated_cells: float = param(20.0, "surface cells", HAND)  # that err together and count as one
-    unsure: tuple[float, ...] = param((1.0, 1.0, 1e4, 1e4), "radians, log scale, map cells", "stands for no knowledge")
+    unsure: tuple[float, ...] = param((1.0, 1.0, 1e4, 1e4), "radians, log scale, cells", "no knowledge", length=4)
+
+    def __post_init__(self) -> None:
+        Group.__post_init__(self)
+        if len(self.strides) != len(self.reaches_cells):
+            raise InputError(f"strides must be {len(self.reaches_cells)} values as reaches_cells, got {self.strides}")
 
     def widened(self, bounds: tuple[float, float]) -> tuple[float, float]:
         """Return the bounds of a scale with the slack that refinement has."""
@@ -259,18 +274,12 @@ class CertificateParams(Group):
 
     margin: float = param(0.1, "share of the score", HAND)  # below it, a score comes close
     away_share: float = param(0.05, "share of A's extent", HAND)  # beyond which a placement is another one
-    scale_slack: float = param(0.05, "share", "robust.exact.scale_slack: refinement may leave the bounds by that")
     batch_boxes: int = param(8192, "boxes", LAYOUT)  # split at a time
     max_open_boxes: int = param(400_000, "boxes", LAYOUT)  # before the newest go first
     max_tried_cells: float = param(8.0, "cells", LAYOUT)  # of boxes whose middle may be a counter-example
     faces: int = param(240, "faces", LAYOUT)  # of both maps, about
     group_faces: int = param(32, "faces", LAYOUT)  # that share a bound, at most
-    spreads_cells: tuple[float, ...] = param((1.0, 2.0, 4.0), "cells", "robust.rank.spreads_cells")
     outliers: float = param(0.05, "share", HAND)
-
-    def widened(self, bounds: tuple[float, float]) -> tuple[float, float]:
-        """Return the bounds of a scale with the slack that the certificate looks at."""
-        return bounds[0] * (1 - self.scale_slack), bounds[1] * (1 + self.scale_slack)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

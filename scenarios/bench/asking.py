@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import os
 import time
@@ -40,7 +41,8 @@ class TimedAnswer:
 def ask(pair: MapPair, contender: Contender, *, seed: int = 0) -> TimedAnswer:
     """Put a method to one pair in this process; its first call in the process, which compiles, is not timed."""
     attempt(lambda: _warm_up(cast(Hashable, contender.method)))
-    return _timed(pair.a, pair.b, contender.method, seed, _scale_for(pair, contender))
+    answer = _timed(pair.a, pair.b, contender.method, seed, _scale_for(pair, contender))
+    return _checked(pair, contender, answer, seed)
 
 
 def ask_within(pair: MapPair, contender: Contender, *, seed: int = 0, limits: Limits) -> TimedAnswer:
@@ -50,7 +52,7 @@ def ask_within(pair: MapPair, contender: Contender, *, seed: int = 0, limits: Li
     warm_up = functools.partial(_warm_up, cast(Hashable, contender.method)) if compiles else None
     result = call_within(limits, call, warm_up=warm_up)
     if result.value is not None:
-        return result.value
+        return _checked(pair, contender, result.value, seed)
     failure: Attempt[Alignment] = Attempt(failure=result.failure, reason=result.reason, log=result.log)
     wall_s = limits.timeout_s if result.failure == "timeout" else None
     return TimedAnswer(attempt=failure, checked=None, wall_s=wall_s, cpu_s=None, peak_mb=None)
@@ -70,7 +72,7 @@ def _scale_for(pair: MapPair, contender: Contender) -> Scale:
 
 
 def _timed(a: OccupancyGrid, b: OccupancyGrid, method: Method, seed: int, scale: Scale) -> TimedAnswer:
-    """Align two maps, measure time and peak memory, and put the answer to the judge, which is not timed."""
+    """Align two maps and measure time and peak memory."""
     can_measure = reset_peak_memory()
     wall, cpu = time.perf_counter(), _cpu_s()
     result = attempt(lambda: align(a, b, method=method, scale=scale, seed=seed))
@@ -80,10 +82,17 @@ def _timed(a: OccupancyGrid, b: OccupancyGrid, method: Method, seed: int, scale:
         peak_memory_mb() if can_measure else None,
     ]
     peak_mb = max((peak for peak in peaks if peak), default=None)
-    if result.value is None:
-        return TimedAnswer(attempt=result, checked=None, wall_s=wall, cpu_s=cpu, peak_mb=peak_mb)
-    checked = confirm(a, b, result.value, method=method, scale=scale, seed=seed)
-    return TimedAnswer(attempt=result, checked=checked.verdict, wall_s=wall, cpu_s=cpu, peak_mb=peak_mb)
+    return TimedAnswer(attempt=result, checked=None, wall_s=wall, cpu_s=cpu, peak_mb=peak_mb)
+
+
+def _checked(pair: MapPair, contender: Contender, answer: TimedAnswer, seed: int) -> TimedAnswer:
+    """Put an answer to the judge, which costs the method neither time nor memory."""
+    alignment = answer.attempt.value
+    if alignment is None:
+        return answer
+    scale = _scale_for(pair, contender)
+    judged = attempt(lambda: confirm(pair.a, pair.b, alignment, method=contender.method, scale=scale, seed=seed))
+    return dataclasses.replace(answer, checked=None if judged.value is None else judged.value.verdict)
 
 
 def _cpu_s() -> float:

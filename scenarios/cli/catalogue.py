@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -19,8 +20,13 @@ def suites() -> None:
     for name in suite_names():
         suite = load_suite(name)
         pairs = sum(len(source.pair_ids) for source in suite.sources())
-        rows.append([name, str(pairs), ", ".join(entry.label for entry in suite.methods) or "-", suite.title])
+        rows.append([name, str(pairs), _first_labels([entry.label for entry in suite.methods]), suite.title])
     typer.echo(table(["suite", "pairs", "methods", "what"], rows))
+
+
+def _first_labels(labels: Sequence[str], shown: int = 3) -> str:
+    more = f" and {len(labels) - shown} more" if len(labels) > shown else ""
+    return (", ".join(labels[:shown]) or "-") + more
 
 
 def worlds(

@@ -16,7 +16,7 @@ def calibrate(
         list[Path], typer.Argument(metavar="RUN...", help="Runs of `robust` with --set robust.max_candidates=20.")
     ],
 ) -> None:
-    """Fit the confidence of `robust` to the split train and print the numbers for rectmerge/robust/confidence_model.py.
+    """Fit the confidence of `robust` to the split train and print the numbers for rectmerge/robust/params.py.
 
     Pairs of buildings whose rooms are all alike are left out of the fit: their wrong placements look like right ones.
     """
@@ -40,10 +40,10 @@ def trust(
 
 
 def headline(
-    run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A finished run of the suite headline.")],
+    run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A finished run of headline or headline-test.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.md", help="Where the report goes.")],
 ) -> None:
-    """Write the five marks of the paper's experiment, rebuilt, and its trace, from a run of the suite headline."""
+    """Write the five marks of the paper's experiment, rebuilt, and its trace."""
     from scenarios.studies.headline import write_report
 
     write_report(run_folder, output)

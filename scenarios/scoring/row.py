@@ -16,7 +16,9 @@ class Seconds(TypedDict):
 
 
 class Row(TypedDict):
-    """One line of ``results.jsonl``; to add a column, add a key here and fill it in `scenarios.bench.rows`.
+    """One line of ``results.jsonl``.
+
+    A new column is a key here, its default in `empty_row` and its value in `scenarios.bench.rows.score_answer`.
 
     A row without an answer (error, timeout, out of memory) has None wherever the answer would be needed.
     """

@@ -43,8 +43,8 @@ def write_realism(
     on_done
         Called with each finding on a simulated pair.
     """
-    folder, machine = clear_folder(out, (PAGE, SHEET), force=force), describe_machine()
     real = {name: examine_dataset(Path(maps) / name) for name in ("real_maps", "real_lasers")}
+    folder, machine = clear_folder(out, (PAGE, SHEET), force=force), describe_machine()
     simulated = []
     for source, future in completed(executor, examine_mission, random_sources(pairs)):
         try:

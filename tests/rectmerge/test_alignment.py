@@ -8,7 +8,20 @@ from rectmerge.similarity import Similarity
 from tests import drawing
 
 KEYS = {
-    *("schema", "verdict", "reason", "confidence", "method", "b_to_a", "pixels", "scale", "overlap", "conflict"),
+    *(
+        "schema",
+        "verdict",
+        "method_verdict",
+        "checked",
+        "reason",
+        "confidence",
+        "method",
+        "b_to_a",
+        "pixels",
+        "scale",
+        "overlap",
+        "conflict",
+    ),
     *("quality", "candidates", "seconds"),
 }
 

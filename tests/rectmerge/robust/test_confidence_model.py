@@ -62,5 +62,5 @@ def test_bent_maps_count_where_no_rigid_ones_convince():
 
 
 def test_maps_with_thin_walls_are_less_likely_bent():
-    assert bent_handicap(PARAMS.fat_wall_cells) == bent_handicap(5.0, PARAMS) == 0.0
+    assert bent_handicap(PARAMS.fat_wall_cells, PARAMS) == bent_handicap(5.0, PARAMS) == 0.0
     assert bent_handicap(1.0, PARAMS) < bent_handicap(2.0, PARAMS) < 0.0

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 import rectmerge.robust
-from rectmerge.errors import InputError
+from rectmerge.errors import InputError, MethodError
+from rectmerge.methods import make_method
 from rectmerge.robust.params import Params
 
 GROUPS = {field.name: getattr(Params(), field.name) for field in dataclasses.fields(Params)}
@@ -73,3 +74,24 @@ def test_a_count_below_one_and_a_length_of_nothing_are_refused():
         dataclasses.replace(Params().propose, max_refined=0)
     with pytest.raises(InputError, match="block_cells must be finite and > 0, got 0"):
         dataclasses.replace(Params().rank, block_cells=0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "says"),
+    [
+        ("robust.confidence.rigid", "1,2", "7 values"),
+        ("robust.confidence.bent", "1", "5 values"),
+        ("robust.rank.spreads_cells", "1,2", "3 values"),
+        ("robust.exact.strides", "1,1", "5 values"),
+        ("robust.rank.outliers", "0.05,0.15,2", "at most 1"),
+        ("robust.verdict.accept_at", "7", "at most 1"),
+        ("robust.max_candidates", "many", "a whole number"),
+        ("robust.prepare.free_share", "all", "a number"),
+    ],
+)
+def test_a_value_that_cannot_be_is_refused_by_name(name, value, says):
+    field = name.removeprefix("robust.")
+
+    with pytest.raises(MethodError, match=says) as error:
+        make_method("robust", **{field: value})
+    assert field.rpartition(".")[2] in str(error.value)

@@ -60,7 +60,7 @@ def test_registered_methods_are_checked(name, is_fine):
     checked = check_method(name, make_method(name))
 
     assert (not checked.complaints) == is_fine
-    assert all(asked.found is not None for asked in checked.answers)
+    assert all(asked.alignment is not None for asked in checked.answers)
 
 
 def rectbench(*words):

@@ -23,7 +23,7 @@ def rectbench(*words):
 
 
 def test_a_log_becomes_a_map(tmp_path, log, capsys):
-    status = rectbench("carmen", log, "-o", tmp_path / "map", "--resolution", 0.04)
+    status = rectbench("carmen", log, "-o", tmp_path / "map", "--resolution", 0.04, "--quiet")
 
     shown = capsys.readouterr()
     grid = read_map(tmp_path / "map" / "map.yaml")
