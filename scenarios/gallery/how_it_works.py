@@ -39,11 +39,11 @@ WAYS: Mapping[str, Color] = {"faces way 0": BLUE, "way 1": ORANGE, "way 2": SKY,
 ROOM, ROOM_EDGE, OTHER_ROOMS = (190, 232, 220), (0, 158, 115), (120, 120, 120)
 SAME_ROOM_CELLS = 3.0  # rectangles whose centres and sides differ by no more are one room
 MEETINGS: Mapping[str, Color] = {
-    "wall met": BLUE,
+    "wall matched": BLUE,
     "wall contradicted": VERMILION,
     "beside": PURPLE,
-    "thing met": SKY,
-    "thing not there": ORANGE,
+    "clutter matched": SKY,
+    "clutter not there": ORANGE,
     "only one map knows": SILENT,
 }
 PARAMS = Params()  # of the default method
@@ -226,10 +226,10 @@ def _meetings(mine: WallFaces, other: WallFaces, placement: Similarity) -> NDArr
     is_judged = mine.faces & is_inside[:, None] & ((codes < BINS) | is_near)
     away = np.where(is_judged, EDGES_CELLS[(codes % IN_UNKNOWN).clip(0, BINS)], np.inf).min(axis=1)
     is_long = (mine.is_long & mine.faces).any(axis=1)
-    kinds = np.where(is_long, "wall met", "thing met")
+    kinds = np.where(is_long, "wall matched", "clutter matched")
     kinds = np.where(away >= PARAMS.rank.matched_cells, "beside", kinds)
     kinds = np.where(
-        away >= PARAMS.rank.contradicted_cells, np.where(is_long, "wall contradicted", "thing not there"), kinds
+        away >= PARAMS.rank.contradicted_cells, np.where(is_long, "wall contradicted", "clutter not there"), kinds
     )
     return np.where(np.isinf(away), "only one map knows", kinds)
 

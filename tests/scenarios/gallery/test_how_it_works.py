@@ -8,7 +8,9 @@ from tests.test_docs import ROOT
 @pytest.mark.sim
 def test_the_truth_meets_walls_and_a_rival_contradicts_more():
     office = Explained.from_pair(office_pair())
-    best, rival = (_share(draw_meetings(office, each.pixels), "wall met") for each in office.alignment.candidates[:2])
+    best, rival = (
+        _share(draw_meetings(office, each.pixels), "wall matched") for each in office.alignment.candidates[:2]
+    )
 
     assert office.alignment.verdict == "accepted"
     assert best > 0.8 > rival
@@ -27,4 +29,4 @@ def test_the_pictures_of_the_page_are_small_and_all_shown():
 def _share(picture, kind):
     """Share of a kind among the walls that both maps know."""
     counts = {name: (picture == color).all(axis=2).sum() for name, color in MEETINGS.items()}
-    return counts[kind] / sum(counts[name] for name in ("wall met", "wall contradicted", "beside"))
+    return counts[kind] / sum(counts[name] for name in ("wall matched", "wall contradicted", "beside"))
