@@ -56,7 +56,7 @@ def test_laser_maps_are_merged_as_well_as_before():
 @pytest.mark.slow
 @needs_maps
 def test_maps_of_other_places_are_refused():
-    rows = rows_of("negatives", real_tasks(MAPS)["negatives"][::5])  # every turn; the leaderboard has all 216
+    rows = rows_of("negatives", real_tasks(MAPS)["negatives"][::5])  # every turn; `rectbench results` asks all 216
 
     assert len(rows) == 44
     assert count(rows)["wrong-accepted"] == 0
