@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rectmerge.alignment import Alignment, Certificate, Verdict
+from rectmerge.alignment import Alignment, Verdict
 from rectmerge.grid import OccupancyGrid
 from rectmerge.hints import Hint
 from rectmerge.robust import reasons
-from rectmerge.robust.certificate import certify
+from rectmerge.robust.certificate import ScoreCertificate, certify
 from rectmerge.robust.exact import Answer, make_exact
 from rectmerge.robust.params import Params
 from rectmerge.robust.prepared_map import PreparedMap
@@ -97,7 +97,7 @@ class Robust(Params):
         *,
         scale: tuple[float, float],
         seconds: float,
-    ) -> Certificate:
+    ) -> ScoreCertificate:
         """Certify an accepted placement; see `rectmerge.robust.certificate.certify`."""
         return certify(a, b, pixels, scale=scale, seconds=seconds, params=self)
 

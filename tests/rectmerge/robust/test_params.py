@@ -17,7 +17,7 @@ FIELDS += [("", field) for field in dataclasses.fields(Params) if field.name not
 MODULES = [path for path in Path(rectmerge.robust.__file__).parent.glob("*.py") if path.name != "params.py"]
 # numbers of codes, units and encodings: another value gives the same answer, or none
 STRUCTURAL = {
-    "certificate.py": {"COMPLEX"},
+    "branch_and_bound.py": {"COMPLEX"},
     "correlation.py": {"QUARTER_TURNS"},
     "face_score.py": {
         "STEPS_PER_NAT", "POOLED_CELLS", "PADDING", "LEVELS", "ZERO", "UNBOUNDED", "_NOTHING",
