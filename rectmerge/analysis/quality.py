@@ -13,8 +13,9 @@ from rectmerge._kernels.wall_quality import coherence_at, thickness_at
 from rectmerge.analysis.overlap import cells_of
 from rectmerge.grid import OccupancyGrid
 
+# source of the three: hand, no data
 REACH_CELLS = 5  # half the side of the square in which straightness is measured
-SAMPLED_CELLS = 300  # evenly spaced wall cells, on which thickness and straightness are measured
+SAMPLED_CELLS = 300  # evenly spaced wall cells, on which thickness and straightness are measured; trades time
 COHERENT = 0.8  # least coherence of a straight wall: 1 along a line, about 0 at a corner or in a cloud of points
 
 

@@ -66,7 +66,7 @@ class MapOptions:
         dialect = _known_dialect(self.dialect)
         for name, resolution in zip("ab", resolutions, strict=True):
             if resolution is not None and not 0 < resolution < float("inf"):
-                raise typer.BadParameter(f"{resolution} is no positive number of metres per cell: --resolution-{name}")
+                raise InputError(f"--resolution-{name}: {resolution} is not a positive number of metres per cell")
         inputs = [
             Input(
                 given=str(path),
@@ -118,5 +118,5 @@ def _known_dialect(name: str | None) -> Dialect | None:
         return None
     known = {dialect: dialect for dialect in DIALECTS}
     if name not in known:
-        raise typer.BadParameter(f"{name!r} is not one of {', '.join(DIALECTS)}: --dialect")
+        raise InputError(f"--dialect: {name!r} is not one of {', '.join(DIALECTS)}")
     return known[name]

@@ -75,7 +75,7 @@ class OutputOptions:
         from rectmerge.composing.compose import RULES, parse_resolution
 
         if self.rule not in RULES:
-            raise typer.BadParameter(f"{self.rule!r} is not one of {', '.join(RULES)}: --rule")
+            raise InputError(f"--rule: {self.rule!r} is not one of {', '.join(RULES)}")
         return self.rule, parse_resolution(self.output_resolution)
 
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
+from rectmerge.errors import InputError
+
 if TYPE_CHECKING:
     from rectmerge.aligning import Scale
     from rectmerge.alignment import Method
@@ -50,7 +52,13 @@ class MethodOptions:
 
 
 def parse_scale(text: str) -> Scale:
-    """Parse the value of ``--scale``."""
+    """Parse the value of ``--scale``.
+
+    Raises
+    ------
+    InputError
+        If the text is none of its forms.
+    """
     if text in ("auto", "free"):
         return cast("Scale", text)
     try:
@@ -58,12 +66,18 @@ def parse_scale(text: str) -> Scale:
     except ValueError:
         numbers = []
     if len(numbers) not in (1, 2) or not 0 < numbers[0] <= numbers[-1] < math.inf:
-        raise typer.BadParameter(f"{text!r} is not auto, free, LO:HI with 0 < LO <= HI, or a positive number: --scale")
+        raise InputError(f"--scale: {text!r} is not auto, free, LO:HI with 0 < LO <= HI, or a positive number")
     return numbers[0] if len(numbers) == 1 else (numbers[0], numbers[1])
 
 
 def choose_method(name: str | None, assignments: Sequence[str]) -> Method:
-    """Make the method with the fields that ``--set METHOD.FIELD=VALUE`` names."""
+    """Make the method with the fields that ``--set METHOD.FIELD=VALUE`` names.
+
+    Raises
+    ------
+    InputError
+        If an assignment has another form or names another method, or as in `rectmerge.methods.make_method`.
+    """
     from rectmerge.methods import DEFAULT_METHOD, make_method
 
     name = name or DEFAULT_METHOD
@@ -72,8 +86,9 @@ def choose_method(name: str | None, assignments: Sequence[str]) -> Method:
         target, equals, value = assignment.partition("=")
         owner, dot, field = target.partition(".")
         if not (equals and dot and field):
-            raise typer.BadParameter(f"{assignment!r} is not METHOD.FIELD=VALUE: --set")
+            raise InputError(f"--set: {assignment!r} is not METHOD.FIELD=VALUE")
         if owner != name:
-            raise typer.BadParameter(f"{assignment!r} sets a field of {owner!r}, but the method is {name!r}: --set")
+            wrong = f"sets a field of {owner!r}, but the method is {name!r}"
+            raise InputError(f"--set: {assignment!r} {wrong}; give --method {owner}")
         fields[field] = value
     return make_method(name, **fields)

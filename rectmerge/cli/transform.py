@@ -58,7 +58,7 @@ def transform(
 
     known = {name: name for name in KNOWN}
     if form not in known:
-        raise typer.BadParameter(f"{form!r} is not one of {FORMS}: --as")
+        raise InputError(f"--as: {form!r} is not one of {FORMS}")
     if output is not None and points is None:
         raise InputError("-o names the file for carried points; give them with --points")
     file = AlignmentFile.read(folder)

@@ -15,12 +15,23 @@ CHANGED_BY_HAND = "fitted to hand-held maps of three places, then changed by han
 LAYOUT = "hand, no data; trades time for exactness"
 
 
-def param(value: T, unit: str, source: str, *, least: float | None = None, length: int | None = None) -> T:
-    """Declare a parameter; counts are at least 1 and other numbers above 0, unless `least` allows less.
+def param(
+    value: T,
+    unit: str,
+    source: str,
+    *,
+    least: float | None = None,
+    most: float | None = None,
+    length: int | None = None,
+) -> T:
+    """Declare a parameter; counts are at least 1 and other numbers above 0, unless `least` says otherwise.
 
-    Shares and probabilities are at most 1. `length` is the number of values where it cannot be another.
+    Shares and probabilities are at most 1; `most` bounds a size that could exhaust the memory. `length` is the number
+    of values where it cannot be another.
     """
-    metadata = {"unit": unit, "source": source, "least": least, "length": length}
+    if most is None:
+        most = 1.0 if unit.startswith(("share", "probability")) else math.inf
+    metadata = {"unit": unit, "source": source, "least": least, "most": most, "length": length}
     field: T = dataclasses.field(default=value, metadata=metadata)
     return field
 
@@ -43,10 +54,10 @@ class Group:
             numbers = value if isinstance(value, tuple) else (value,)
             if len(numbers) != (field.metadata.get("length") or len(numbers)):
                 raise InputError(f"{field.name} must be {field.metadata['length']} values, got {len(numbers)}")
-            most = 1 if field.metadata.get("unit", "").startswith(("share", "probability")) else math.inf
+            most = field.metadata.get("most", math.inf)
             for number in numbers:
                 if number > most:
-                    raise InputError(f"{field.name} must be at most 1, got {value}")
+                    raise InputError(f"{field.name} must be at most {most:.15g}, got {value}")
                 if least is None and isinstance(number, int) and number < 1:
                     raise InputError(f"{field.name} must be >= 1, got {value}")
                 if not math.isfinite(number) or (number <= 0 if least is None else number < least):

@@ -197,8 +197,9 @@ def dominant_angles(features: Features, params: PrepareParams) -> list[tuple[flo
         if peaks and left[at] < params.min_direction_share * floor * peaks[0][1]:
             break
         angle = math.radians(at)
+        steps = np.arange(-params.fine_reach_steps, params.fine_reach_steps + 1.0)
         for step in params.fine_steps_deg:
-            near: NDArray[np.float64] = angle + math.radians(step) * np.arange(-5.0, 6.0)
+            near: NDArray[np.float64] = angle + math.radians(step) * steps
             angle = float(near[np.argmax(_folded_energy(points, near, params.fine_bin_cells))])
         peaks.append((angle, float(left[at]) / floor))
         left[np.abs((degrees - at + 45) % 90 - 45) <= params.direction_width_deg] = 0

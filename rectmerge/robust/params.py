@@ -23,23 +23,24 @@ from rectmerge.robust.declaration import CALIBRATED, CHANGED_BY_HAND, HAND, LAYO
 class PrepareParams(Group):
     """Working grid, directions and rectangles of one map."""
 
-    diagonal_cells: float = param(400.0, "cells", HAND)  # of the working grid
-    max_diagonal_cells: float = param(1000.0, "cells", HAND)  # of the working grid of a map with narrow passages
+    diagonal_cells: float = param(400.0, "cells", HAND, most=4000)  # of the working grid
+    max_diagonal_cells: float = param(1000.0, "cells", HAND, most=4000)  # the same of a map with narrow passages
     mean_clearance_cells: float = param(6.0, "cells", HAND)  # of free cells, or the grid is finer
-    margin_cells: int = param(4, "cells", HAND)  # around the working grid
+    margin_cells: int = param(4, "cells", HAND, most=1000)  # around the working grid
     free_share: float = param(0.3, "share of a cell's area", HAND)  # seen free that makes a working cell free
     free_neighbours_share: float = param(0.45, "share of 3 x 3 cells", HAND)  # free that fills a hole between rays
     max_speck_cells: int = param(4, "map cells", ablation("removal of specks"), least=0)  # of a lone obstacle
     max_speck_weight: int = param(4, "map cells", ablation("removal of specks"), least=0)  # of a lone working cell
-    max_directions: int = param(4, "directions", HAND)  # in which walls pile up
+    max_directions: int = param(4, "directions", HAND, most=90)  # in which walls pile up
     min_direction_share: float = param(0.1, "share of the first contrast", HAND)  # of a further direction
     strong_share: float = param(0.5, "share of the first contrast", HAND)  # of a second direction as good as the first
     max_projected_points: int = param(1500, "wall points", LAYOUT)  # evenly spaced, in the first pass
-    coarse_bin_cells: float = param(1.5, "cells", HAND)  # of the projection profile, steps of 1 degree
-    fine_bin_cells: float = param(1.0, "cells", HAND)
+    coarse_bin_cells: float = param(1.5, "cells", HAND, least=0.01)  # of the projection profile, steps of 1 degree
+    fine_bin_cells: float = param(1.0, "cells", HAND, least=0.01)
     fine_steps_deg: tuple[float, ...] = param((0.25, 0.06), "degrees", HAND)
+    fine_reach_steps: int = param(5, "steps", HAND, most=1000)  # of each size, to each side
     direction_width_deg: int = param(10, "degrees", HAND)  # no second direction closer to a first
-    max_rectangles: int = param(120, "rectangles", HAND)  # kept of each map and direction
+    max_rectangles: int = param(120, "rectangles", HAND, most=10_000)  # kept of each map and direction
     min_side_cells: int = param(4, "cells", HAND)  # of a rectangle
     full_side_cells: float = param(8.0, "cells", HAND)  # narrower rectangles rank lower
     unsupported_worth: float = param(0.2, "share", HAND)  # of a rectangle without a wall along its sides
@@ -75,7 +76,7 @@ class ProposeParams(Group):
     aspect_tolerances: tuple[float, ...] = param((0.05, 0.1, 0.2, 0.4), "log aspect", HAND)  # wider where few agree
     enough_hypotheses: int = param(3000, "hypotheses", LAYOUT)  # to stop widening the tolerance
     plenty_hypotheses: int = param(8000, "hypotheses", LAYOUT)  # to do without pairs that agree in one extent only
-    max_hypotheses: int = param(400_000, "hypotheses", LAYOUT)
+    max_hypotheses: int = param(400_000, "hypotheses", LAYOUT, most=10_000_000)
     max_one_sided_pairs: int = param(40_000, "rectangle pairs", LAYOUT)  # compared in one extent
     min_one_sided: int = param(10, "rectangles", HAND)  # of each frame, compared in one extent
     scale_slack: float = param(0.03, "log scale", HAND)  # of hypotheses beyond the bounds; refinement comes back
@@ -83,8 +84,8 @@ class ProposeParams(Group):
     noise_outliers: float = param(0.25, "share", HAND)  # of walls that the other map lacks
     screen_points: tuple[int, ...] = param((40, 200), "wall points", LAYOUT, length=2)  # in the two screenings
     max_screened: int = param(1000, "hypotheses", LAYOUT)  # kept by the first screening
-    max_refined: int = param(60, "hypotheses", LAYOUT)
-    max_fits: int = param(15, "placements", LAYOUT)  # refined ones that are ranked
+    max_refined: int = param(60, "hypotheses", LAYOUT, most=100_000)
+    max_fits: int = param(15, "placements", LAYOUT, most=100_000)  # refined ones that are ranked
     refine_points: int = param(300, "wall points", LAYOUT)  # of each map
     coarse_reaches_cells: tuple[float, ...] = param((16.0, 12.0, 8.0, 8.0), "cells", HAND)
     fine_reaches_cells: tuple[float, ...] = param((6.0, 6.0, 4.0, 4.0, 3.0, 3.0), "cells", HAND)
@@ -99,14 +100,14 @@ class CorrelateParams(Group):
     """Correlation of the faces of both maps over every shift."""
 
     cell_cells: float = param(3.0, "cells", LAYOUT)  # working cells per correlated cell
-    max_diagonal_cells: float = param(180.0, "correlated cells", LAYOUT)  # a larger map is correlated in larger cells
+    max_diagonal_cells: float = param(180.0, "correlated cells", LAYOUT, most=1000)  # larger maps take larger cells
     spread_cells: float = param(1.0, "correlated cells", HAND)
     outliers: float = param(0.03, "share", HAND)
-    scale_step: float = param(0.04, "log scale", HAND)
+    scale_step: float = param(0.04, "log scale", HAND, least=0.001)
     shifts_per_scale: int = param(8, "placements", LAYOUT)  # kept of each scale and quarter turn
-    max_correlation_fits: int = param(48, "placements", LAYOUT)  # refined
+    max_correlation_fits: int = param(48, "placements", LAYOUT, most=100_000)  # refined
     rival_shifts: int = param(5, "placements", ablation("rivals at the same scale"))  # kept of each quarter turn
-    max_rival_fits: int = param(20, "placements", LAYOUT)  # refined
+    max_rival_fits: int = param(20, "placements", LAYOUT, most=100_000)  # refined
     reaches_cells: tuple[float, ...] = param((8.0, 6.0, 6.0, 4.0, 4.0, 3.0, 3.0, 2.0, 2.0), "cells", HAND)
 
 
@@ -125,7 +126,7 @@ class RankParams(Group):
     bending_spread_cells: float = param(1.5, "cells", HAND)
     bending_outliers: float = param(0.2, "share", HAND)
     block_cells: float = param(40.0, "cells", HAND)  # of the blocks that shift by themselves
-    bend_cells: int = param(8, "cells", HAND)  # how far a block may shift
+    bend_cells: int = param(8, "cells", HAND, most=200)  # how far a block may shift
     bend_step_cells: int = param(2, "cells", LAYOUT)
     bend_cost: float = param(0.01, "nats per wall point and squared cell", HAND)
     block_cost: float = param(6.0, "nats", "hand: the two coordinates of a block that shifts are fitted, not known")
@@ -134,11 +135,17 @@ class RankParams(Group):
     contradicted_cells: float = param(8.0, "cells", HAND)
     known_beside_cells: float = param(3.0, "cells", HAND)  # unknown cells this close to a wall count as known
     max_free_samples: int = param(2000, "free cells", LAYOUT)  # on which overlaps are estimated
-    turn_step_deg: float = param(3.0, "degrees", LAYOUT)  # placements that turn alike share the faces of B
+    turn_step_deg: float = param(3.0, "degrees", LAYOUT, least=0.01)  # placements that turn alike share the faces of B
     same_fit_cells: float = param(3.0, "cells", HAND)  # placements closer than this say the same
     same_radius_share: float = param(0.2, "share of A's radius", HAND)  # or than this
     same_log_odds: float = param(6.0, "log-odds", HAND)  # within which the likelier placement replaces its head
-    max_ranked: int = param(20, "placements", HAND)  # kept
+    max_ranked: int = param(20, "placements", HAND, most=100_000)  # kept
+
+    def __post_init__(self) -> None:
+        Group.__post_init__(self)
+        distances = self.matched_cells, self.near_cells, self.contradicted_cells
+        if not distances[0] < distances[1] < distances[2]:
+            raise InputError(f"matched_cells < near_cells < contradicted_cells must hold, got {distances}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -229,10 +236,10 @@ class CertificateParams(Group):
 
     margin: float = param(0.1, "share of the score", HAND)  # below it, a score comes close
     away_share: float = param(0.05, "share of A's extent", HAND)  # beyond which a placement is another one
-    batch_boxes: int = param(8192, "boxes", LAYOUT)  # split at a time
-    max_open_boxes: int = param(400_000, "boxes", LAYOUT)  # before the newest go first
+    batch_boxes: int = param(8192, "boxes", LAYOUT, most=1_000_000)  # split at a time
+    max_open_boxes: int = param(400_000, "boxes", LAYOUT, most=10_000_000)  # before the newest go first
     max_tried_cells: float = param(8.0, "cells", LAYOUT)  # of boxes whose middle may be a counter-example
-    faces: int = param(240, "faces", LAYOUT)  # of both maps, about
+    faces: int = param(240, "faces", LAYOUT, most=10_000)  # of both maps, about
     group_faces: int = param(32, "faces", LAYOUT)  # that share a bound, at most
     outliers: float = param(0.05, "share", HAND)
 

@@ -17,6 +17,9 @@ from scenarios.report.charts import COLOURS, MARKERS
 from scenarios.studies.headline import markdown
 
 PAGE, PLOT = "README.md", "growth.svg"
+BENCH = "tests/bench/bench_growth.py"
+MEASURE = f'pytest {BENCH} -o python_files="bench_*.py" --benchmark-only --benchmark-json=growth.json'
+REMEDY = f"make one with: {MEASURE}"
 Times = Mapping[str, Mapping[int, float]]  # seconds by name and by the side of the maps, cells
 
 
@@ -32,10 +35,12 @@ def write_growth(measured: Path, out: Path, *, force: bool = False) -> None:
         record = json.loads(measured.read_text(encoding="utf-8"))
         times = _times(record)
         machine = f"{record['machine_info']['cpu']['brand_raw']}, Python {record['machine_info']['python_version']}"
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{measured}: no output of bench_growth.py: {error}") from error
+    except OSError as error:
+        raise InputError(f"{measured}: cannot be read: {error.strerror}; {REMEDY}") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{measured}: not the JSON of {BENCH}; {REMEDY}") from error
     if not times:
-        raise InputError(f"{measured}: holds no times of bench_growth.py")
+        raise InputError(f"{measured}: holds no times of {BENCH}; {REMEDY}")
     folder = clear_folder(out, [PAGE, PLOT], force=force)
     replace_file(folder / PLOT, plot(times).encode())
     commit = str((record.get("commit_info") or {}).get("id") or "unknown")[:12]
@@ -55,7 +60,7 @@ def page(times: Times, machine: str) -> str:
 {markdown(("what", *(f"{side} cells" for side in sides), "power"), rows)}
 ![Seconds against cells along the longest side]({PLOT})
 
-    pytest tests/bench/bench_growth.py -o python_files="bench_*.py" --benchmark-only --benchmark-json=growth.json
+    {MEASURE}
     rectbench growth growth.json -o results/growth
 
 {machine}.

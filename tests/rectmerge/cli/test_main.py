@@ -332,14 +332,30 @@ def test_bad_input_is_one_line_on_stderr_and_nothing_is_written(tmp_path, capsys
         ("--scale", "nan"),
         ("--scale", "1:2:3"),
         ("--rule", "max"),
+        ("--dialect", "ros"),
+        ("--resolution-a", "-3"),
         ("--set", "paper.delta_cells"),
         ("--set", "delta_cells=2"),
         ("--set", "other.delta_cells=2"),
-        ("--set", "paper.no_such=2"),
-        ("--set", "paper.delta_cells=wide"),
+        ("--free", "254"),  # both maps are YAML
+    ],
+)
+def test_a_value_that_cannot_be_is_one_line_that_names_the_option(tmp_path, capsys, words):
+    assert rectmerge("merge", A, B, "-o", tmp_path / "out", *words) == 2
+
+    (line,) = capsys.readouterr().err.splitlines()
+    assert words[0] in line
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--method", "paper", "--set", "paper.no_such=2"),
+        ("--method", "paper", "--set", "paper.delta_cells=wide"),
+        ("--set", "robust.prepare.margin_cells=100000"),
         ("--method", "no-such-method"),
         ("--free", "300"),
-        ("--free", "254"),  # both maps are YAML
         ("--seed", "-1"),
         ("--no-such-option",),
     ],

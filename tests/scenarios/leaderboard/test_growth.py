@@ -35,10 +35,12 @@ def test_the_page_tells_times_and_the_power_of_the_cells(tmp_path):
 def test_what_is_no_measurement_is_refused(tmp_path, content):
     (tmp_path / "b.json").write_text(content)
 
-    with pytest.raises(InputError, match=r"b\.json"):
+    with pytest.raises(InputError, match=r"b\.json: .*bench_growth\.py; make one with: pytest "):
         write_growth(tmp_path / "b.json", tmp_path / "out")
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"none\.json"):
+    with pytest.raises(
+        InputError, match=r"none\.json: cannot be read: No such file or directory; make one with: pytest "
+    ):
         write_growth(tmp_path / "none.json", tmp_path / "out")
