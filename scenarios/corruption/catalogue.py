@@ -66,22 +66,8 @@ def corrupt(grid: OccupancyGrid, corruptions: Iterable[tuple[str, float]], *, se
     grid
         Any map, as `rectmerge.read_map` reads it.
     corruptions
-        Pairs (name, strength). `CORRUPTIONS` holds the unit and the allowed range of each strength.
-
-        ===================  =============================================================================
-        salt                 share of the free cells that turn occupied
-        wall_dropout         share of the occupied cells that turn unknown
-        wall_edge_flips      share of the cells where free space and walls touch that flip
-        double_walls         share of the walls that are drawn a second time, 2 to 4 cells aside
-        spurious_rays        free rays through everything, 20 to 80 cells long, per 10,000 known cells
-        blobs                discs of 2 to 5 cells radius, occupied or unknown, per 10,000 known cells
-        erosion, dilation    cells taken off, or added to, every side of the walls; walls thin enough vanish
-        bend                 degrees that a wall turns where it turns most; smooth, as a drifting heading bends
-        stretch              percent that the map is longer along one direction
-        kink                 degrees that everything beyond a line turns; torn, as a lost heading bends
-        resample             new cells per old cell along a side
-        turn                 degrees that the whole image turns, counter-clockwise to the eye
-        ===================  =============================================================================
+        Pairs (name, strength). `CORRUPTIONS` holds the names, and the unit and the allowed range of each strength; the
+        function of each says what it does.
     seed
         Seed of all randomness. Each position in the list draws from a stream of its own, so another strength at one
         position leaves the draws of the others as they are.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.compiling import kernel
+from sim._kernels.crossed_cells import crossed_cells
 
 
 @kernel
@@ -51,22 +52,9 @@ def _trace(
     miss: float,
     lowest: float,
 ) -> None:
-    """Lower every cell that a ray crosses before its last cell (Amanatides and Woo 1987)."""
-    col, row = math.floor(x0), math.floor(y0)
-    steps = abs(math.floor(x1) - col) + abs(math.floor(y1) - row)
-    dx, dy = x1 - x0, y1 - y0
-    step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
-    per_x = abs(1.0 / dx) if dx != 0.0 else np.inf
-    per_y = abs(1.0 / dy) if dy != 0.0 else np.inf
-    next_x = ((col + 1 - x0) if dx > 0 else (x0 - col)) * per_x if dx != 0.0 else np.inf
-    next_y = ((row + 1 - y0) if dy > 0 else (y0 - row)) * per_y if dy != 0.0 else np.inf
-    for _ in range(steps):
-        if 0 <= col < log_odds.shape[1] and 0 <= row < log_odds.shape[0] and marked[row, col] != scan:
+    """Lower every cell that a ray crosses before its last cell."""
+    height, width = log_odds.shape
+    for row, col in crossed_cells(x0, y0, x1, y1):
+        if 0 <= col < width and 0 <= row < height and marked[row, col] != scan:
             marked[row, col] = scan
             log_odds[row, col] = max(lowest, log_odds[row, col] + miss)
-        if next_x < next_y:
-            col += step_x
-            next_x += per_x
-        else:
-            row += step_y
-            next_y += per_y

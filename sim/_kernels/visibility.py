@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.compiling import kernel
+from sim._kernels.crossed_cells import crossed_cells
 
 
 @kernel
@@ -37,30 +38,9 @@ def see_scans(
             length = min(length, longest) / cell
             heading = poses[s, 2] + angles[b]
             end_x, end_y = x + length * math.cos(heading), y + length * math.sin(heading)
-            _cross(x, y, end_x, end_y, first_scan + s, seen_free)
+            for row, col in crossed_cells(x, y, end_x, end_y):
+                if 0 <= col < width and 0 <= row < height and seen_free[row, col] < 0:
+                    seen_free[row, col] = first_scan + s
             row, col = math.floor(end_y), math.floor(end_x)
             if is_end and 0 <= row < height and 0 <= col < width:
                 is_hit[row, col] = True
-
-
-@kernel
-def _cross(x0: float, y0: float, x1: float, y1: float, scan: int, seen_free: NDArray[np.int32]) -> None:
-    """Mark every cell that a segment crosses before the one it ends in (Amanatides and Woo 1987)."""
-    height, width = seen_free.shape
-    col, row = math.floor(x0), math.floor(y0)
-    steps = abs(math.floor(x1) - col) + abs(math.floor(y1) - row)
-    dx, dy = x1 - x0, y1 - y0
-    step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
-    per_x = abs(1.0 / dx) if dx != 0.0 else np.inf
-    per_y = abs(1.0 / dy) if dy != 0.0 else np.inf
-    next_x = ((col + 1 - x0) if dx > 0 else (x0 - col)) * per_x if dx != 0.0 else np.inf
-    next_y = ((row + 1 - y0) if dy > 0 else (y0 - row)) * per_y if dy != 0.0 else np.inf
-    for _ in range(steps):
-        if 0 <= col < width and 0 <= row < height and seen_free[row, col] < 0:
-            seen_free[row, col] = scan
-        if next_x < next_y:
-            col += step_x
-            next_x += per_x
-        else:
-            row += step_y
-            next_y += per_y

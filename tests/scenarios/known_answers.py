@@ -14,6 +14,7 @@ import numpy as np
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
+from scenarios.bench.contenders import Contender
 from scenarios.bench.plan import RunPlan
 from scenarios.bench.run import Execution, RunCallbacks, run
 from scenarios.pairs.map_view import PlacedMap
@@ -146,3 +147,13 @@ class Failing:
         if self.how == "exit":
             os._exit(7)
         raise ZeroDivisionError("no rectangles\nat all")
+
+
+def contender(method: object = None, label: str = "one") -> Contender:
+    """Enter a method, `Fixed` unless given."""
+    return Contender(label=label, method=method or Fixed())
+
+
+def outcomes(rows) -> list[tuple[str, str, str]]:
+    """List pair, method and outcome of rows of results."""
+    return [(row["pair_id"], row["method"], row["outcome"]) for row in rows]

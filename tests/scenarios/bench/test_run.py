@@ -1,125 +1,22 @@
 import json
 import resource
 import tomllib
-from dataclasses import dataclass, replace
 
 import pytest
 
-from rectmerge.aligning import align
 from rectmerge.errors import InputError
-from rectmerge.similarity import Similarity
-from scenarios.bench.asking import ask
-from scenarios.bench.contenders import Contender, make_contenders
+from scenarios.bench.contenders import make_contenders
 from scenarios.bench.resume import open_results
-from scenarios.bench.rows import score_answer
 from scenarios.bench.run import read_rows
 from scenarios.dataset.reader import open_dataset
 from scenarios.execution.limits import Limits
 from scenarios.suites.suite import ContenderSpec
-from tests.scenarios.known_answers import Failing, Fixed, Source, pair, run_pairs
-
-CONTRACT = {
-    *("task_id", "pair_id", "suite", "place", "method", "outcome", "verdict", "confidence", "candidates", "errors"),
-    *("overlap", "seconds", "peak_mb", "reason"),
-}
-
-
-def contender(method=None, label="one"):
-    return Contender(label=label, method=method or Fixed())
-
-
-def outcomes(rows):
-    return [(row["pair_id"], row["method"], row["outcome"]) for row in rows]
+from tests.scenarios.known_answers import Fixed, Source, contender, run_pairs
 
 
 def timeless(folder):
     rows = [{**row, "seconds": None, "peak_mb": None} for row in read_rows(folder)]
     return sorted(rows, key=lambda row: row["task_id"])
-
-
-def row(method, the_pair=None):
-    one, the_pair = contender(method), the_pair or pair()
-    return score_answer(the_pair, one, ask(the_pair, one))
-
-
-def test_a_right_answer_is_a_full_row():
-    scored = row(Fixed(tx=4.3))
-
-    assert set(scored) >= CONTRACT
-    assert (scored["outcome"], scored["verdict"], scored["confidence"]) == ("right-accepted", "accepted", 0.75)
-    assert scored["errors"]["e_px"] == pytest.approx(0.3)
-    assert scored["errors"]["e_over_l"] == pytest.approx(0.3 / (40**2 + 60**2) ** 0.5)
-    assert scored["candidates"] == [[[1.0, 0.0, 4.3], [0.0, 1.0, 2.0]]]
-    assert scored["seconds"]["wall"] > 0
-
-
-@dataclass(frozen=True)
-class Telling(Fixed):
-    """Rejects, and says between which scales it was to search."""
-
-    def align(self, a, b, *, scale, rng):
-        return replace(super().align(a, b, scale=scale, rng=rng), verdict="rejected", reason=f"{scale}")
-
-
-@pytest.mark.parametrize(
-    ("knows_scale", "changes", "told"),
-    [
-        (False, {}, (0.5, 2.0)),
-        (True, {"pixels": Similarity(1.25)}, (1.25, 1.25)),
-        (True, {"related": False, "info": {"resolution_a": 0.04, "resolution_b": 0.05}}, (1.25, 1.25)),
-        (True, {"related": False, "info": {"resolution_a": 0.04, "resolution_b": None}}, (0.5, 2.0)),
-    ],
-)
-def test_a_contender_that_knows_the_scale_is_told_it(knows_scale, changes, told):
-    one, the_pair = Contender(label="one", method=Telling(), knows_scale=knows_scale), pair(**changes)
-
-    scored = score_answer(the_pair, one, ask(the_pair, one))
-
-    assert scored["reason"] == str(told)
-    assert scored["knows_scale"] is knows_scale
-
-
-@pytest.mark.parametrize(
-    ("method", "related", "expected"),
-    [
-        (Fixed(), True, "right-accepted"),
-        (Fixed(tx=9.0), True, "wrong-accepted"),
-        (Fixed(), False, "wrong-accepted"),
-        (Fixed(verdict="ambiguous"), True, "ambiguous-with-truth"),
-        (Fixed(verdict="ambiguous", tx=9.0), True, "ambiguous-without-truth"),
-        (Fixed(verdict="rejected"), True, "rejected"),
-        (Failing(), True, "error"),
-        (Failing(how="memory"), True, "out-of-memory"),
-        (Failing(how="opencv memory"), True, "out-of-memory"),
-    ],
-)
-def test_outcome_of_a_row(method, related, expected):
-    assert row(method, pair(related=related))["outcome"] == expected
-
-
-def test_a_method_is_warmed_up_once_on_a_building_that_it_can_merge():
-    seen = []
-
-    @dataclass(frozen=True)
-    class Watching(Fixed):
-        def align(self, a, b, **options):
-            seen.append((a, b))
-            return super().align(a, b, **options)
-
-    the_pair, one = pair(), contender(Watching())
-    for _ in range(2):
-        ask(the_pair, one)
-
-    assert [a is the_pair.a for a, _ in seen] == [False, True, True]
-    assert align(*seen[0], method="paper")  # all that a method compiles lies behind a yes
-
-
-def test_an_error_keeps_its_reason_and_its_traceback():
-    scored = row(Failing())
-
-    assert scored["reason"] == "ZeroDivisionError: no rectangles at all"
-    assert "in align" in scored["log"]
-    assert scored["verdict"] is None
 
 
 def test_pairs_are_kept_in_a_data_set_beside_the_rows(tmp_path):

@@ -8,8 +8,7 @@ from scenarios.bench.tasks import RunSettings, Task, failed_task, run_task
 from scenarios.execution.attempt import Attempt
 from scenarios.execution.limits import Limits
 from scenarios.scoring.summary import summarise
-from tests.scenarios.bench.test_run import contender, outcomes
-from tests.scenarios.known_answers import Failing, Lost, Source, grid, pair
+from tests.scenarios.known_answers import Failing, Lost, Source, contender, grid, outcomes, pair
 
 
 def rows_from(source, contenders, **settings):

@@ -7,41 +7,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rectmerge.cli import console
 from rectmerge.errors import DatasetError, InputError
-from rectmerge.io.map_file import read_map
-from scenarios.bench.run import read_rows
-from scenarios.cli.main import app
 from scenarios.dataset.generate import SEED_STRIDE, generate, plan
 from scenarios.dataset.reader import open_dataset
 from scenarios.dataset.verify import verify
-from scenarios.dataset.writer import DataSetWriter
 from scenarios.execution.executors import local_workers, workplace
 from scenarios.suites.spec import Seeds
 from scenarios.suites.suite import load_suite
+from tests.scenarios.dataset.folders import contents, rows_of
 from tests.scenarios.tiny_suite import TinySuite
 
 SUITE = TinySuite()
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-
-
-def rows_of(folder: Path, split: str) -> list[dict]:
-    return [json.loads(line) for line in (folder / split / "metadata.jsonl").read_text().splitlines()]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def no_picture():
-    """Drawing takes longer than all the rest."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("scenarios.dataset.writer.picture", lambda folder: b"a picture")
-        yield
+pytestmark = pytest.mark.usefixtures("no_picture")
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def made(tmp_path_factory, no_picture):
     folder = tmp_path_factory.mktemp("made") / "tiny"
     generate(SUITE, folder)
     return folder
@@ -176,45 +157,6 @@ def test_another_seed_takes_other_seeds_of_every_scenario():
     assert shifted[0].source.scenario.seeds == Seeds(first=2 * SEED_STRIDE, count=1)
 
 
-def test_a_folder_with_another_data_set_is_refused_or_cleared(tmp_path):
-    generate(SUITE, tmp_path / "set", pairs=3)
-    with pytest.raises(InputError, match="finished data set"):
-        generate(SUITE, tmp_path / "set", pairs=1, seed=1)
-
-    generate(SUITE, tmp_path / "set", pairs=1, seed=1, force=True)
-    generate(SUITE, tmp_path / "new", pairs=1, seed=1)
-    assert contents(tmp_path / "set") == contents(tmp_path / "new")
-
-
-def test_a_folder_with_something_else_is_refused_even_with_force(tmp_path):
-    (tmp_path / "README.md").write_text("mine")
-
-    with pytest.raises(InputError, match=r"holds something else \(README.md\)"):
-        generate(SUITE, tmp_path, force=True)
-    assert contents(tmp_path) == {"README.md": b"mine"}
-
-
-@pytest.mark.parametrize(("pairs", "seed"), [(0, 0), (1, -1)])
-def test_no_pairs_and_no_seed_are_refused(pairs, seed):
-    with pytest.raises(InputError, match="pairs >= 1"):
-        next(plan(SUITE, pairs=pairs, seed=seed))
-
-
-def test_seeds_do_not_run_into_those_of_the_next_data_set():
-    wide = TinySuite(seeds=Seeds(first=SEED_STRIDE - 2, count=3))
-
-    with pytest.raises(InputError, match="seeds run out"):
-        next(plan(wide))
-
-
-def test_a_second_process_is_refused(tmp_path):
-    generate(SUITE, tmp_path / "set", pairs=1)
-    first = DataSetWriter(tmp_path / "set", {"suite": "mine"}, force=True)
-
-    with first, pytest.raises(InputError, match="another process is writing"):
-        generate(SUITE, tmp_path / "set", force=True)
-
-
 def test_an_unfinished_data_set_is_finished_by_the_same_call_only(tmp_path, made, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr("scenarios.dataset.writer.picture", lambda folder: 1 / 0)
@@ -228,89 +170,6 @@ def test_an_unfinished_data_set_is_finished_by_the_same_call_only(tmp_path, made
 
     generate(SUITE, tmp_path / "set")
     assert contents(tmp_path / "set") == contents(made)
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["nowhere"], "no suite 'nowhere'"),
-        (["smoke", "-o", "{file}"], "is a file"),
-        (["smoke", "-o", "{held}"], "holds something else"),
-    ],
-)
-def test_bad_input_is_one_line_and_status_2(tmp_path, capsys, words, message):
-    (tmp_path / "held").mkdir()
-    for name in ("file", "held/thing"):
-        (tmp_path / name).touch()
-    words = [word.format(file=tmp_path / "file", held=tmp_path / "held") for word in words]
-    if "-o" not in words:
-        words += ["-o", str(tmp_path / "out")]
-
-    assert console.run(app, "rectbench", ["generate", *words, "--quiet"]) == 2
-    error = capsys.readouterr().err
-    assert message in error
-    assert error.count("\n") == 1
-
-
-OFFICE = """
-title = "One office"
-description = "Two pairs, B's resolution known."
-
-[[scenarios]]
-name = "office"
-noise = [0, 1]
-world = { size_m = [14.0, 10.0], rooms = 6, oblique = 0.0, furniture = 0.0 }
-mission = { rays = "compiled", max_seconds = 40, a = { lidar = { beams = 180 } }, b = { lidar = { beams = 180 } } }
-a = { resolution = 0.06, turn_deg = "random" }
-b = { resolution = 0.05, turn_deg = 90.0, turn = "image", hide_resolution = false }
-"""
-
-
-@pytest.mark.sim
-def test_a_run_of_a_data_set_gives_the_scores_of_a_run_of_its_suite(tmp_path):
-    (tmp_path / "office.toml").write_text(OFFICE)
-    suite, dataset = str(tmp_path / "office.toml"), str(tmp_path / "set")
-
-    assert console.run(app, "rectbench", ["generate", suite, "-o", dataset, "-q"]) == 0
-    assert verify(dataset).faults == ()
-    runs = []
-    for k, target in enumerate((suite, dataset)):
-        words = ["run", target, "-m", "robust", "-m", "paper", "-o", str(tmp_path / f"run{k}"), "-q"]
-        assert console.run(app, "rectbench", words) == 0
-        runs.append({(row["pair_id"], row["method"]): row for row in read_rows(tmp_path / f"run{k}")})
-    direct, opened = runs
-
-    assert len(direct) == 4
-    assert direct.keys() == opened.keys()
-    for key, row in direct.items():
-        same = (
-            "related",
-            "stratum",
-            "bent",
-            "outcome",
-            "verdict",
-            "confidence",
-            "candidates",
-            "grades",
-            "suite",
-            "place",
-        )
-        assert {name: opened[key][name] for name in same} == {name: row[name] for name in same}
-        assert opened[key]["errors"] == pytest.approx(row["errors"], abs=1e-3)
-        assert opened[key]["overlap"] == pytest.approx(row["overlap"], abs=1e-6)
-
-
-@pytest.mark.sim
-def test_the_building_is_kept_once_per_mission_with_the_truth_of_its_maps(tmp_path):
-    (tmp_path / "office.toml").write_text(OFFICE)
-    generate(load_suite(tmp_path / "office.toml"), tmp_path / "set")
-    first, second = rows_of(tmp_path / "set", "test")
-    world = read_map((tmp_path / "set/test" / first["world"]).with_suffix(".yaml"))
-
-    assert first["world"] == second["world"]
-    assert len(list((tmp_path / "set/test/worlds").iterdir())) == 2
-    assert world.resolution == 0.05
-    assert world.free.sum() * 0.05**2 > 50.0  # square metres
 
 
 @pytest.mark.slow
