@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import importlib
 import logging
-from collections.abc import Callable
-from typing import ParamSpec, TypeVar, cast
+import pkgutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 from numba.core import event
+from numba.core.dispatcher import Dispatcher
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -34,11 +40,11 @@ class _Notice(event.Listener):
         self.is_logged = True
         is_cached = compilation.data["dispatcher"].stats.cache_path is not None
         frequency = (
-            "once on this machine for each part of the program"
+            "once on this machine for each command"
             if is_cached
             else "at every start: no cache can be written, NUMBA_CACHE_DIR may name a place"
         )
-        log.info("compiling the inner loops, which takes up to a minute (%s) ...", frequency)
+        log.info("compiling inner loops (%s; rectmerge warm-up compiles them all in one go) ...", frequency)
 
     def on_end(self, compilation: event.Event) -> None:
         """Do nothing: the line comes before the wait, not after it."""
@@ -46,3 +52,45 @@ class _Notice(event.Listener):
 
 NOTICE = _Notice()
 event.register("numba:compile", NOTICE)  # type: ignore[no-untyped-call] # numba's own, without annotations
+
+
+def kernels_of(package: ModuleType) -> list[Any]:
+    """Return the kernels that a package's modules define, as numba's dispatchers."""
+    modules = [
+        importlib.import_module(f"{package.__name__}.{found.name}") for found in pkgutil.iter_modules(package.__path__)
+    ]
+    return [
+        member
+        for module in modules
+        for member in vars(module).values()
+        if isinstance(member, Dispatcher) and member.py_func.__module__ == module.__name__
+    ]
+
+
+def is_compiled(dispatcher: Any) -> bool:
+    """Return whether a kernel has been compiled, or loaded from a cache, for some types."""
+    return bool(dispatcher.signatures)
+
+
+def cache_folder(dispatcher: Any) -> Path | None:
+    """Return the folder of a kernel's cache; None where none can be written."""
+    path = dispatcher.stats.cache_path
+    return None if path is None else Path(path)
+
+
+@contextmanager
+def after_each_compilation(call: Callable[[], None]) -> Iterator[None]:
+    """Make a call after each function that is compiled meanwhile."""
+    with event.install_listener("numba:compile", _Caller(call)):
+        yield
+
+
+class _Caller(event.Listener):
+    def __init__(self, call: Callable[[], None]) -> None:
+        self._call = call
+
+    def on_start(self, compilation: event.Event) -> None:
+        """Do nothing: nothing is compiled yet."""
+
+    def on_end(self, compilation: event.Event) -> None:
+        self._call()

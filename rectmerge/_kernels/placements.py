@@ -245,7 +245,8 @@ def distinct(
                 break
         if new:
             kept[count] = i
-            places[count] = mine
+            for k in range(len(landmarks)):  # the assignment of a whole row takes 3 s to compile
+                places[count, k, 0], places[count, k, 1] = mine[k, 0], mine[k, 1]
             count += 1
             if count == keep:
                 break

@@ -11,6 +11,7 @@ from rectmerge.cli.methods import methods
 from rectmerge.cli.trace import trace
 from rectmerge.cli.transform import transform
 from rectmerge.cli.view import view
+from rectmerge.cli.warm_up import warm_up
 
 app = App(
     """Merge 2-D occupancy-grid maps of unknown rotation, scale and translation.
@@ -19,7 +20,7 @@ app = App(
     """
 )
 app.command(cls=TwoMaps)(merge)
-for command in (check, inspect, methods, trace, transform, view):
+for command in (check, inspect, methods, trace, transform, view, warm_up):
     app.command()(command)
 
 

@@ -10,13 +10,11 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import cast
 
-import cv2
-import numpy as np
-
 from rectmerge.aligning import Scale, align
 from rectmerge.alignment import Alignment, Method, Verdict
-from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
+from rectmerge.grid import OccupancyGrid
 from rectmerge.judging import confirm
+from rectmerge.warm_up import small_building
 from scenarios.bench.contenders import Contender
 from scenarios.bench.external_program import PROGRAM_PEAK_MB, Program
 from scenarios.execution.attempt import Attempt, attempt, peak_memory_mb, reset_peak_memory
@@ -104,14 +102,4 @@ def _cpu_s() -> float:
 @functools.cache
 def _warm_up(method: Method) -> None:
     """Let a method compile and load, once per process, on a small building and its copy."""
-    align(*_small_building(), method=method)
-
-
-def _small_building() -> tuple[OccupancyGrid, OccupancyGrid]:
-    """Draw a building of six rooms, and its copy turned by 30 degrees."""
-    cells = np.full((96, 128), FREE, np.int8)
-    cells[[0, 40, -1], :] = cells[:, [0, 50, 90, -1]] = OCCUPIED
-    cells[60:70, 50] = cells[20:30, 90] = cells[40, 15:25] = FREE  # doors
-    turn = cv2.getRotationMatrix2D((63.5, 47.5), 30, 1.0) + np.array([[0, 0, 20], [0, 0, 36]])
-    turned = cv2.warpAffine(cells.view(np.uint8), turn, (168, 168), flags=cv2.INTER_NEAREST, borderValue=255)
-    return OccupancyGrid(cells), OccupancyGrid(turned.view(np.int8))
+    align(*small_building(), method=method)

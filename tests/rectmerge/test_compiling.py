@@ -44,7 +44,7 @@ def test_only_what_is_really_compiled_is_noted(notes, tmp_path, monkeypatch):
 
     assert loaded(file).one_more(1) == 2
     (note,) = notes.messages
-    assert "once on this machine for each part" in note
+    assert "once on this machine for each command" in note
 
     notes.clear()
     monkeypatch.setattr(compiling.NOTICE, "is_logged", False)  # as in a second process

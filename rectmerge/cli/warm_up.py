@@ -1,0 +1,39 @@
+"""Command `rectmerge warm-up`."""
+
+from __future__ import annotations
+
+import time
+
+import typer
+
+from rectmerge.cli import console
+
+SECONDS_BETWEEN_NOTES = 5.0
+
+
+def warm_up() -> None:
+    """Compile the inner loops of all commands, once on this machine, so that none of them waits for that later.
+
+    Without it each command compiles what it needs on its first run.
+    """
+    from rectmerge.warm_up import warm_up as compile_all
+
+    done = compile_all(_Progress())
+    kept = f"kept in {done.cache}" if done.cache else "not kept: no cache can be written; NUMBA_CACHE_DIR may name one"
+    work = f"compiled in {done.cpu_s:.0f} s of processor time" if done.compiled else "nothing was left to compile"
+    typer.echo(f"inner loops are ready: {work}; {kept}")
+
+
+class _Progress:
+    """Progress of the compilation, noted every few seconds with the time that is left."""
+
+    def __init__(self) -> None:
+        self._started = self._noted = time.monotonic()
+
+    def __call__(self, ready: int, of: int) -> None:
+        now = time.monotonic()
+        if now - self._noted < SECONDS_BETWEEN_NOTES:
+            return
+        self._noted = now
+        left = (now - self._started) / ready * (of - ready)
+        console.note(f"rectmerge: {ready} of {of} inner loops compiled, about {left:.0f} s left")

@@ -1,0 +1,51 @@
+import os
+import subprocess
+import sys
+
+import pytest
+
+from rectmerge.aligning import align
+from rectmerge.warm_up import small_building, warm_up
+from tests import drawing
+
+COMMANDS = (
+    "merge A B -o OUT --certify --certify-seconds 1",
+    "view OUT --no-open",
+    "inspect A -o OUT/rectangles.png",
+    "check A B --pixels=1.05,0.58,70,20",
+    "merge A B -o OUT --method paper --force",
+)
+
+
+def test_a_second_warm_up_compiles_nothing_and_reports_no_progress():
+    warm_up()
+    calls = []
+
+    assert warm_up(lambda *counts: calls.append(counts)).compiled == 0
+    assert calls == []
+
+
+def test_the_drawn_building_is_one_that_the_methods_accept():
+    for method in ("robust", "paper"):  # else they end early, and leave kernels out
+        assert align(*small_building(), method=method), method
+
+
+@pytest.mark.slow  # compiles everything anew, half a minute of processor time
+def test_no_command_compiles_after_a_warm_up(tmp_path):
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    names = {"A": drawing.DATA / "building_a.yaml", "B": drawing.DATA / "building_b.yaml", "OUT": tmp_path / "out"}
+
+    def run(line):
+        words = [str(names.get(word, word)).replace("OUT", str(names["OUT"])) for word in line.split()]
+        code = "from rectmerge.cli.main import main; main()"
+        done = subprocess.run([sys.executable, "-c", code, *words], env=environment, capture_output=True, text=True)
+        assert done.returncode in (0, 1, 3), done.stderr
+        return done
+
+    warmed = run("warm-up")
+
+    assert "compiled in" in warmed.stdout
+    assert str(tmp_path / "cache") in warmed.stdout
+    for line in COMMANDS:
+        assert "compiling" not in run(line).stderr, line
+    assert "nothing was left to compile" in run("warm-up").stdout
