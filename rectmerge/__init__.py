@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from rectmerge.alignment import Alignment, Candidate
     from rectmerge.composing.compose import compose
     from rectmerge.errors import InputError, MapFileError, MethodError, RectMergeError
+    from rectmerge.fleet.graph import AlignmentGraph
+    from rectmerge.fleet.many import align_many
     from rectmerge.grid import OccupancyGrid
     from rectmerge.io.map_file import read_map, write_map
     from rectmerge.methods import make_method
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 _HOME = {
     "Alignment": "alignment",
+    "AlignmentGraph": "fleet.graph",
     "Candidate": "alignment",
     "InputError": "errors",
     "MapFileError": "errors",
@@ -26,6 +29,7 @@ _HOME = {
     "RectMergeError": "errors",
     "Similarity": "similarity",
     "align": "aligning",
+    "align_many": "fleet.many",
     "check": "aligning",
     "compose": "composing.compose",
     "make_method": "methods",
@@ -34,6 +38,7 @@ _HOME = {
 }
 __all__ = [
     "Alignment",
+    "AlignmentGraph",
     "Candidate",
     "InputError",
     "MapFileError",
@@ -42,6 +47,7 @@ __all__ = [
     "RectMergeError",
     "Similarity",
     "align",
+    "align_many",
     "check",
     "compose",
     "make_method",

@@ -1,0 +1,1 @@
+"""Any number of maps: partners ranked, pairs asked, placements inferred jointly."""

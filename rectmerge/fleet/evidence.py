@@ -1,0 +1,217 @@
+"""Evidence of all asked pairs: the log-odds of their candidates, and their support for a joint placement."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.alignment import Alignment, Candidate
+from rectmerge.fleet.complex_similarity import ComplexSimilarity, Points, rms
+from rectmerge.fleet.map_sample import MapSample, overlap
+from rectmerge.fleet.params import EvidenceParams
+from rectmerge.robust.confidence_model import RIGID_TERMS
+from rectmerge.robust.params import ConfidenceParams
+
+Pair = tuple[int, int]  # indices of two maps, the smaller first
+CROSS = np.array([0, 1, 1j, -1, -1j], np.complex128)
+MIN_SHARED_POINTS = 5
+MIN_RADIUS_CELLS = 3.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PairCandidate:
+    """Candidate of a pair as evidence.
+
+    Parameters
+    ----------
+    pair
+        Indices of the two maps.
+    rank
+        Of the candidate among those of its pair, from 0.
+    placement
+        From the second map's pixels to the first's.
+    alone
+        Log-odds against no placement where nothing else speaks for it.
+    bonus
+        What it gains where another pair says so too.
+    overlap
+        Of the two maps under it.
+    points, images
+        Shape (5,): points of the second map in the shared area, and where they come to lie in the first.
+    span
+        Diagonal of the smaller map, in cells of the first: the unit of agreement.
+    """
+
+    pair: Pair
+    rank: int
+    placement: ComplexSimilarity
+    alone: float
+    bonus: float
+    overlap: float
+    points: Points
+    images: Points
+    span: float
+
+
+class Support(NamedTuple):
+    """Nats that a pair gives to a placement, and its candidate that agrees with it, if one does."""
+
+    nats: float
+    candidate: PairCandidate | None
+
+
+class Evidence:
+    """Candidates of the asked pairs of some maps.
+
+    Parameters
+    ----------
+    maps
+        Samples of the maps; their indices name them.
+    params
+        Parameters of the log-odds and of agreement.
+    """
+
+    def __init__(self, maps: Sequence[MapSample], params: EvidenceParams) -> None:
+        self.maps = maps
+        self.params = params
+        self.candidates: dict[Pair, Sequence[PairCandidate]] = {}
+        self._stacks: dict[Pair, _Stack] = {}
+
+    def add(self, pair: Pair, alignment: Alignment, *, is_swapped: bool) -> None:
+        """Add the answer of a pair; it places the first map on the second if swapped."""
+        candidates = []
+        odds, has_bonus = log_odds(alignment, self.params)
+        first, second = (self.maps[index] for index in pair)
+        for rank, (candidate, alone) in enumerate(zip(alignment.candidates, odds, strict=True)):
+            placement = ComplexSimilarity.from_similarity(candidate.pixels)
+            placement = placement.inverse() if is_swapped else placement
+            share, is_common = overlap(first, second, placement)
+            points = _spread(second.points[is_common] if is_common.sum() >= MIN_SHARED_POINTS else second.points)
+            span = min(first.diagonal, placement.scale * second.diagonal)
+            images = placement.apply(points)
+            bonus = has_bonus * np.interp(share, self.params.bonus_overlaps, (0.0, self.params.bonus))
+            candidates.append(PairCandidate(pair, rank, placement, alone, float(bonus), share, points, images, span))
+        self.candidates[pair] = candidates
+        self._stacks[pair] = _Stack.of(candidates)
+
+    def is_asked(self, pair: Pair) -> bool:
+        """Return whether a pair was asked."""
+        return pair in self.candidates
+
+    def overlap(self, pair: Pair, placement: ComplexSimilarity) -> float:
+        """Measure the overlap of a pair under a placement of its second map on its first."""
+        return overlap(self.maps[pair[0]], self.maps[pair[1]], placement)[0]
+
+    def support(self, pair: Pair, placement: ComplexSimilarity) -> Support:
+        """Return the support of an asked pair for a placement of its second map on its first.
+
+        A candidate that agrees gives its log-odds; where none does, the pair speaks against a placement the more, the
+        larger the overlap that its own search should have found.
+        """
+        params, stack = self.params, self._stacks[pair]
+        if len(stack.span):
+            sigmas = stack.distances(placement) / params.tolerance
+            nats = np.where(sigmas < params.max_sigmas, stack.supported - 0.5 * sigmas**2, -np.inf)
+            best = int(np.argmax(nats))
+            if nats[best] > params.min_agreement:
+                return Support(float(nats[best]), self.candidates[pair][best])
+        missed = np.interp(self.overlap(pair, placement), params.miss_overlaps, params.miss_nats)
+        return Support(float(missed), None)
+
+    def agreeing(self, members: Iterable[int], poses: Sequence[ComplexSimilarity]) -> list[PairCandidate]:
+        """List the candidates that agree with the placements of a component's maps, one a pair at most."""
+        inside = set(members)
+        agreeing = []
+        for pair in sorted(self.candidates):
+            if inside.issuperset(pair):
+                candidate = self.support(pair, relative(poses, pair)).candidate
+                if candidate is not None:
+                    agreeing.append(candidate)
+        return agreeing
+
+
+class _Stack(NamedTuple):
+    """Candidates of a pair in arrays."""
+
+    points: Points  # (K, 5)
+    images: Points  # (K, 5)
+    span: NDArray[np.float64]  # (K,)
+    supported: NDArray[np.float64]  # (K,)
+
+    @classmethod
+    def of(cls, candidates: Sequence[PairCandidate]) -> _Stack:
+        empty = np.empty((0, len(CROSS)), np.complex128)
+        return cls(
+            np.array([one.points for one in candidates]) if candidates else empty,
+            np.array([one.images for one in candidates]) if candidates else empty,
+            np.array([one.span for one in candidates]),
+            np.array([one.alone + one.bonus for one in candidates]),
+        )
+
+    def distances(self, placement: ComplexSimilarity) -> NDArray[np.float64]:
+        """Return the RMS distance of each candidate from a placement, in spans, shape (K,)."""
+        apart = np.abs(self.images - placement.apply(self.points)) ** 2
+        distances: NDArray[np.float64] = np.sqrt(apart.mean(axis=1)) / self.span
+        return distances
+
+
+def relative(poses: Sequence[ComplexSimilarity], pair: Pair) -> ComplexSimilarity:
+    """Return the placement of a pair's second map on its first, from their poses in one frame."""
+    return poses[pair[0]].inverse() @ poses[pair[1]]
+
+
+def log_odds(alignment: Alignment, params: EvidenceParams) -> tuple[list[float], bool]:
+    """Return the log-odds of each candidate of a pair, and whether an agreement with another pair adds a bonus.
+
+    It adds none where the place repeats itself: there an alias of one pair is an alias of the next.
+    """
+    plausible = [candidate.evidence.get("plausibility", -math.inf) for candidate in alignment.candidates]
+    if not alignment and sum(nats > params.repeated_log_odds for nats in plausible) >= 2:
+        return _repeated(alignment.candidates, params), False
+    return [_alone(candidate, params) for candidate in alignment.candidates], True
+
+
+def _alone(candidate: Candidate, params: EvidenceParams) -> float:
+    evidence = candidate.evidence
+    if "plausibility" in evidence:
+        mirror = evidence.get("mirror_log_odds", -math.inf)
+        odds = evidence["plausibility"] - float(np.logaddexp(0.0, mirror))
+    else:
+        share = min(max(candidate.confidence, 1e-12), 1 - 1e-12)
+        odds = math.log(share / (1 - share))
+    if evidence.get("is_at_limit") or evidence.get("slack_cells", 0.0) > params.max_slack_cells:
+        odds = min(odds, 0.0)
+    return min(max(odds, params.min_log_odds), params.max_log_odds)
+
+
+def _repeated(candidates: Sequence[Candidate], params: EvidenceParams) -> list[float]:
+    """Return the log-odds of candidates in a place that repeats itself.
+
+    There the walls of an alias fit nearly as well, and whichever lets more walls meet looks more plausible: only the
+    quality of the fit counts, so the terms of quantity are taken out of the plausibility.
+    """
+    model = ConfidenceParams()
+    weights = dict(zip(RIGID_TERMS, model.rigid, strict=True))
+    fits = []
+    for candidate in candidates:
+        found = candidate.evidence
+        matched, share = found.get("clutter", 0.0) * found.get("clutter_matched", 0.0), found.get("overlap", 0.0)
+        fit = found.get("plausibility", params.min_log_odds)
+        fit -= weights["log_clutter_matched"] * math.log(matched + model.min_matched_faces)
+        fit -= weights["log_overlap"] * math.log(share + model.min_overlap)
+        fits.append(fit - (params.little_overlap_cost if share < params.little_overlap else 0.0))
+    best = max(fits)
+    level = min(max(params.fit_weight * (best - params.good_fit), -params.max_fit), params.max_fit)
+    return [level + params.fit_weight * (fit - best) for fit in fits]
+
+
+def _spread(points: Points) -> Points:
+    """Return five points spread as some points are: their mean, and a cross around it at their RMS radius."""
+    middle = points.mean()
+    cross: Points = middle + max(MIN_RADIUS_CELLS, rms(points - middle)) * CROSS
+    return cross

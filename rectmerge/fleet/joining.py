@@ -1,0 +1,210 @@
+"""Joint inference: components of maps are joined best first, by the evidence of all pairs that a join lays together.
+
+A join is proposed by any candidate of any pair between two components. Its evidence is the support of all asked pairs
+between them, against that of every other proposal and against none; cycles that close settle ambiguous pairs, and those
+that do not throw out wrong ones. Before a join, the pairs that it would lay on each other are asked: a pair not asked
+is no evidence.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rectmerge.fleet.complex_similarity import ComplexSimilarity, Points, rms
+from rectmerge.fleet.evidence import Evidence, Pair, PairCandidate
+from rectmerge.fleet.params import FleetParams
+from rectmerge.fleet.placing import place
+
+Ask = Callable[[Sequence[Pair]], int]  # asks pairs, and returns how many it could
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Join:
+    """Join of two components, offered or made.
+
+    Parameters
+    ----------
+    left, right
+        The maps of both, before the join.
+    placement
+        From the frame of the right component to that of the left.
+    log_odds
+        Against every other placement and none.
+    probability
+        That the join is right.
+    agreeing
+        Candidates that say so.
+    """
+
+    left: tuple[int, ...]
+    right: tuple[int, ...]
+    placement: ComplexSimilarity
+    log_odds: float
+    probability: float
+    agreeing: tuple[PairCandidate, ...]
+
+
+class Joining:
+    """Components of maps and their poses, joined while the evidence allows.
+
+    Parameters
+    ----------
+    evidence
+        Evidence of the asked pairs; asking adds to it.
+    ask
+        Asks pairs of maps.
+    params
+        Parameters of all stages.
+    """
+
+    def __init__(self, evidence: Evidence, ask: Ask, params: FleetParams) -> None:
+        count = len(evidence.maps)
+        self.evidence = evidence
+        self.params = params
+        self.members: dict[int, tuple[int, ...]] = {index: (index,) for index in range(count)}  # by their first map
+        self.poses = [ComplexSimilarity()] * count
+        self.joins: list[Join] = []
+        self.held_back: list[Join] = []  # for want of pairs that could not be asked any more
+        self._ask = ask
+        self._root = list(range(count))
+        self._offers: dict[Pair, Join | None] = {}
+
+    def run(self) -> None:
+        """Join components until no join is probable enough, and refine the placements of each."""
+        while (best := self._best_offer()) is not None:
+            if implied := self._implied(best):
+                if self._ask(implied) == 0:
+                    self.held_back.append(best)
+                    self._offers[best.left[0], best.right[0]] = None
+                else:
+                    self._forget(best.left[0], best.right[0])
+                continue
+            self._make(best)
+        for members in self.members.values():
+            for _ in range(self.params.place.passes):
+                self._refine(members)
+
+    def take(self, pair: Pair, confidence: float) -> None:
+        """Join two maps by the best candidate of their pair, whatever else is known."""
+        best = self.evidence.candidates[pair][0]
+        (first, second), odds = pair, min(max(confidence, 1e-12), 1 - 1e-12)
+        log_odds = math.log(odds / (1 - odds))
+        self._make(Join((first,), (second,), best.placement, log_odds, confidence, (best,)))
+
+    def _best_offer(self) -> Join | None:
+        """Return the most probable join of two components; None where none is probable enough."""
+        between: dict[Pair, list[Pair]] = {}
+        for first, second in sorted(self.evidence.candidates):
+            roots = sorted((self._root[first], self._root[second]))
+            if roots[0] != roots[1]:
+                between.setdefault((roots[0], roots[1]), []).append((first, second))
+        best = None
+        for key, pairs in sorted(between.items()):
+            if key not in self._offers:
+                self._offers[key] = self._offer(key, pairs)
+            offer = self._offers[key]
+            if offer is not None and (best is None or offer.log_odds > best.log_odds):
+                best = offer
+        return best if best is not None and best.log_odds >= self.params.join.accept_log_odds else None
+
+    def _offer(self, key: Pair, pairs: Sequence[Pair]) -> Join | None:
+        """Return the best placement of one component on another, with its odds against the others."""
+        left, right = (self.members[root] for root in key)
+        proposals = self._proposals(left, right, pairs)
+        if not proposals:
+            return None
+        scored = [self._score(placement, pairs, set(left)) for placement in proposals]
+        best = max(range(len(scored)), key=lambda index: scored[index][0])
+        others = [nats for index, (nats, _) in enumerate(scored) if index != best]
+        chances = math.log(len(left) * len(right))  # of a false edge between the two
+        log_odds = scored[best][0] - chances - float(np.logaddexp.reduce([0.0, *others]))
+        probability = float(1 / (1 + np.exp(-np.clip(log_odds, -30.0, 30.0))))
+        return Join(left, right, proposals[best], log_odds, probability, scored[best][1])
+
+    def _proposals(self, left: Sequence[int], right: Sequence[int], pairs: Sequence[Pair]) -> list[ComplexSimilarity]:
+        """List the distinct placements of the right component on the left that candidates propose, likeliest first."""
+        ours = set(left)
+        proposed = []
+        for pair in pairs:
+            for candidate in self.evidence.candidates[pair]:
+                if candidate.alone >= self.params.join.min_proposal:
+                    i, j = pair if pair[0] in ours else pair[::-1]
+                    on_left = candidate.placement if i < j else candidate.placement.inverse()
+                    proposed.append((candidate.alone, self.poses[i] @ on_left @ self.poses[j].inverse()))
+        proposed.sort(key=lambda item: -item[0])
+        maps, poses, evidence = self.evidence.maps, self.poses, self.params.evidence
+        marks = np.concatenate([poses[index].apply(maps[index].landmarks) for index in right])
+        extent = max(poses[index].scale * maps[index].diagonal for index in left)
+        kept: list[tuple[ComplexSimilarity, Points]] = []
+        for _, placement in proposed:
+            at = placement.apply(marks)
+            if all(rms(at - other) > evidence.max_sigmas * evidence.tolerance * extent for _, other in kept):
+                kept.append((placement, at))
+            if len(kept) == self.params.join.max_proposals:
+                break
+        return [placement for placement, _ in kept]
+
+    def _score(
+        self, placement: ComplexSimilarity, pairs: Sequence[Pair], left: set[int]
+    ) -> tuple[float, tuple[PairCandidate, ...]]:
+        """Return the nats of a placement of the right component on the left, and the candidates that agree.
+
+        The maps of a component show the same walls, so an alias that fits one of them fits all: agreements bring their
+        own odds, but the bonus counts once. And one pair has to be probable by itself.
+        """
+        total, agreeing = 0.0, []
+        for pair in pairs:
+            first, second = (self.poses[index] if index in left else placement @ self.poses[index] for index in pair)
+            nats, candidate = self.evidence.support(pair, first.inverse() @ second)
+            total += nats
+            if candidate is not None:
+                agreeing.append(candidate)
+        bonuses = [candidate.bonus for candidate in agreeing]
+        total -= sum(bonuses) - (max(bonuses) if len(bonuses) > 1 else 0.0)
+        if max((candidate.alone for candidate in agreeing), default=-math.inf) < self.params.join.needs:
+            total = min(total, 0.0)
+        return total, tuple(agreeing)
+
+    def _implied(self, join: Join) -> list[Pair]:
+        """List the pairs to ask before a join: those that it lays on each other, the largest overlap first."""
+        params = self.params.join
+        is_single = min(len(join.left), len(join.right)) == 1
+        if is_single and len(join.agreeing) >= params.enough_agreeing:
+            return []
+        implied = []
+        for i in join.left:
+            for j in join.right:
+                pair = (min(i, j), max(i, j))
+                if not self.evidence.is_asked(pair):
+                    on_left = self.poses[i].inverse() @ join.placement @ self.poses[j]
+                    share = self.evidence.overlap(pair, on_left if i < j else on_left.inverse())
+                    if share >= params.implied_overlap:
+                        implied.append((-share, pair))
+        return [pair for _, pair in sorted(implied)[: params.asked_at_once]]
+
+    def _make(self, join: Join) -> None:
+        """Join two components."""
+        left, right = join.left[0], join.right[0]
+        for index in join.right:
+            self.poses[index] = join.placement @ self.poses[index]
+            self._root[index] = left
+        self.members[left] = tuple(sorted(self.members[left] + self.members.pop(right)))
+        self.joins.append(join)
+        self._forget(left, right)
+        if len(self.members[left]) > 2:
+            self._refine(self.members[left])
+
+    def _forget(self, *roots: int) -> None:
+        """Drop the offers between changed components and others."""
+        for key in [key for key in self._offers if not set(roots).isdisjoint(key)]:
+            del self._offers[key]
+
+    def _refine(self, members: Sequence[int]) -> None:
+        edges = self.evidence.agreeing(members, self.poses)
+        refined = place(self.evidence.maps, self.poses, edges, members[0], self.params.place) if edges else {}
+        for index, pose in refined.items():
+            self.poses[index] = pose

@@ -1,0 +1,148 @@
+"""Alignment of any number of maps: likely partners are asked, all answers judged together, and every map placed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge import methods
+from rectmerge.aligning import Scale
+from rectmerge.alignment import Alignment, Method
+from rectmerge.errors import InputError
+from rectmerge.fleet.asking import Questions
+from rectmerge.fleet.assembling import assemble
+from rectmerge.fleet.evidence import Evidence, Pair
+from rectmerge.fleet.graph import AlignmentGraph
+from rectmerge.fleet.joining import Joining
+from rectmerge.fleet.map_sample import MapSample
+from rectmerge.fleet.params import FleetParams
+from rectmerge.fleet.signature import partners, signature, similarities
+from rectmerge.grid import OccupancyGrid, unusable
+from rectmerge.methods import DEFAULT_METHOD
+
+Maps = Mapping[str, OccupancyGrid] | Sequence[OccupancyGrid]
+
+
+def align_many(
+    maps: Maps,
+    *,
+    method: str | Method = DEFAULT_METHOD,
+    scale: Scale = "auto",
+    seed: int = 0,
+    budget: int | None = None,
+    earlier: AlignmentGraph | None = None,
+) -> AlignmentGraph:
+    """Find which maps belong together and where each lies, or say of each that is left out why.
+
+    Parameters
+    ----------
+    maps
+        Two maps or more: names to maps, or a sequence, whose names are then "0", "1" and so on.
+    method, scale, seed
+        As for `rectmerge.align`, for every pair.
+    budget
+        Most pairs to ask; None for as many as the joins need, about five a map at most.
+    earlier
+        Graph of some of these maps: its answers are taken over where the cells of both maps are the same.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two maps, the budget is below 1, or the method or the scale cannot be used.
+
+    Notes
+    -----
+    Each map's likely partners are asked, found by its rectangles (`rectmerge.fleet.signature`). Components are joined
+    best first by the candidates of all asked pairs (`rectmerge.fleet.joining`), and placed by reweighted least squares
+    (`rectmerge.fleet.placing`). Of two maps the answer is that of `rectmerge.align`.
+    """
+    started = time.perf_counter()
+    named = _named(maps)
+    if budget is not None and budget < 1:
+        raise InputError(f"budget must be at least one pair, got {budget}")
+    chosen = methods.make_method(method) if isinstance(method, str) else method
+    params = FleetParams()
+    faults = {name: unusable(grid) for name, grid in named.items()}
+    order = {name: place for place, name in enumerate(named)}
+    samples = {name: MapSample.from_grid(grid) for name, grid in named.items() if not faults[name]}
+    names = sorted(samples, key=lambda name: (samples[name].digest, order[name]))  # as given in any order
+    evidence = Evidence([samples[name] for name in names], params.evidence)
+    questions = Questions(
+        [named[name] for name in names],
+        names,
+        [order[name] for name in names],
+        evidence,
+        method=chosen,
+        scale=scale,
+        seed=seed,
+        budget=budget,
+        known=_known(names, samples, earlier),
+    )
+    joining = _join([named[name] for name in names], evidence, questions, params)
+    return assemble(
+        named, names, {name: fault for name, fault in faults.items() if fault}, joining, questions,
+        method=chosen.name, started=started,
+    )  # fmt: skip
+
+
+def _named(maps: Maps) -> dict[str, OccupancyGrid]:
+    named = dict(maps) if isinstance(maps, Mapping) else {str(index): grid for index, grid in enumerate(maps)}
+    if len(named) < 2:
+        raise InputError(f"align_many needs two maps or more, got {len(named)}")
+    return named
+
+
+def _known(
+    names: Sequence[str], samples: Mapping[str, MapSample], earlier: AlignmentGraph | None
+) -> dict[Pair, Alignment]:
+    """Return the answers of an earlier graph about maps that have not changed, by the indices of (A, B)."""
+    if earlier is None:
+        return {}
+    at = {name: index for index, name in enumerate(names) if earlier.digests.get(name) == samples[name].digest}
+    return {
+        (at[a], at[b]): answer.alignment
+        for (a, b), answer in earlier.pairs.asked.items()
+        if a in at and b in at and answer.alignment is not None
+    }
+
+
+def _join(grids: Sequence[OccupancyGrid], evidence: Evidence, questions: Questions, params: FleetParams) -> Joining:
+    """Ask the likely partners of each map, join, and ask more partners of the maps that are left alone."""
+    joining = Joining(evidence, questions.ask, params)
+    if len(grids) < 2:
+        return joining
+    if len(grids) == 2:  # what the pair says is the answer
+        questions.ask([(0, 1)])
+        for answer in filter(None, questions.answers.values()):
+            joining.take((0, 1), answer.confidence)
+        return joining
+    cosine = similarities([signature(grid, params.partner) for grid in grids], params.partner)
+    questions.ask(partners(cosine, params.partner.partners))
+    joining.run()
+    for _ in range(params.partner.rounds):
+        left = params.partner.pairs_per_map * len(grids) - len(questions.answers)
+        if left <= 0 or not questions.ask(_of_alone(joining, cosine)[:left]):
+            break
+        joining = Joining(evidence, questions.ask, params)
+        joining.run()
+    return joining
+
+
+def _of_alone(joining: Joining, cosine: NDArray[np.float64]) -> list[Pair]:
+    """List the pairs of each map left alone with the most similar map of each component, the most similar first."""
+    alone = [members[0] for members in joining.members.values() if len(members) == 1]
+    pairs: dict[Pair, float] = {}
+    for index in alone:
+        for members in joining.members.values():
+            rest = [
+                other
+                for other in members
+                if other != index and not joining.evidence.is_asked((min(index, other), max(index, other)))
+            ]
+            if rest:
+                best = max(rest, key=lambda other: cosine[index, other])
+                pairs[min(index, best), max(index, best)] = -float(cosine[index, best])
+    return sorted(pairs, key=lambda pair: (pairs[pair], pair))

@@ -1,0 +1,115 @@
+"""Placements of a component's maps from all agreeing pairs: iteratively reweighted linear least squares.
+
+A similarity is linear in (a, b, tx, ty), in complex form in (turn, shift), so the placements that bring the shared
+points of all pairs together solve a linear system. Weights are those of Geman and McClure (1987): a pair that
+contradicts the others loses its say. All maps' coordinates are taken about their centre in units of their radius, which
+keeps the system well conditioned.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge.fleet.complex_similarity import ComplexSimilarity, Points, rms
+from rectmerge.fleet.evidence import PairCandidate
+from rectmerge.fleet.map_sample import MapSample
+from rectmerge.fleet.params import PlaceParams
+
+
+def place(
+    maps: Sequence[MapSample],
+    poses: Sequence[ComplexSimilarity],
+    edges: Sequence[PairCandidate],
+    reference: int,
+    params: PlaceParams,
+) -> dict[int, ComplexSimilarity]:
+    """Refine the poses of the maps that some pairs connect.
+
+    Parameters
+    ----------
+    maps, poses
+        All maps, and their placements in the component's frame.
+    edges
+        Agreeing candidates. Those that no other connects with the reference are left out.
+    reference
+        Map whose pose stays.
+    params
+        Parameters of the least squares.
+
+    Returns
+    -------
+    dict
+        New poses of the connected maps, by index.
+    """
+    edges = _connected(edges, reference)
+    named = sorted({index for edge in edges for index in edge.pair} | {reference})
+    column = {index: 2 * position for position, index in enumerate(named)}
+    blocks = [_block(edge, maps) for edge in edges]
+    current = {index: poses[index] for index in named}
+    for _ in range(params.iterations):
+        matrix = np.zeros((2 * len(named), 2 * len(named)), np.complex128)
+        for edge, block in zip(edges, blocks, strict=True):
+            at = [column[edge.pair[0]], column[edge.pair[0]] + 1, column[edge.pair[1]], column[edge.pair[1]] + 1]
+            matrix[np.ix_(at, at)] += _weight(edge, current, params) * block
+        solved = _solve(matrix, column[reference], _normalised(current[reference], maps[reference]))
+        moved = 0.0
+        for index in named:
+            pose = _given(solved[column[index]], solved[column[index] + 1], maps[index])
+            marks = maps[index].landmarks
+            moved = max(moved, float(np.abs(pose.apply(marks) - current[index].apply(marks)).max()))
+            current[index] = pose
+        if moved < params.settled_cells:
+            break
+    return current
+
+
+def _connected(edges: Sequence[PairCandidate], reference: int) -> list[PairCandidate]:
+    """Return the pairs that a chain of pairs connects with the reference."""
+    reached, grows = {reference}, True
+    while grows:
+        beside = {index for edge in edges if not reached.isdisjoint(edge.pair) for index in edge.pair}
+        grows = not beside <= reached
+        reached |= beside
+    return [edge for edge in edges if edge.pair[0] in reached]
+
+
+def _block(edge: PairCandidate, maps: Sequence[MapSample]) -> NDArray[np.complex128]:
+    """Return the normal matrix of a pair over (turn, shift) of its first and of its second map, shape (4, 4)."""
+    first, second = (maps[index] for index in edge.pair)
+    q, p = (edge.images - first.centre) / first.radius, (edge.points - second.centre) / second.radius
+    ones = np.ones_like(p)
+    rows = np.stack([q, ones, -p, -ones], axis=1)  # (5, 4)
+    block: NDArray[np.complex128] = rows.conj().T @ rows
+    return block
+
+
+def _weight(edge: PairCandidate, poses: dict[int, ComplexSimilarity], params: PlaceParams) -> float:
+    first, second = (poses[index] for index in edge.pair)
+    sigma = params.sigma * edge.span * first.scale
+    residual = rms(first.apply(edge.images) - second.apply(edge.points)) / sigma
+    return max(edge.overlap, params.min_overlap) / (sigma * (1 + residual**2)) ** 2
+
+
+def _solve(matrix: NDArray[np.complex128], at: int, known: Points) -> Points:
+    """Solve the normal equations with the unknowns of the reference, two from `at` on, held at their values."""
+    held = np.zeros(len(matrix), np.bool_)
+    held[at : at + 2] = True
+    solved = np.zeros(len(matrix), np.complex128)
+    solved[held] = known
+    right = -matrix[np.ix_(~held, held)] @ known
+    solved[~held] = np.linalg.lstsq(matrix[np.ix_(~held, ~held)], right, rcond=None)[0]
+    return solved
+
+
+def _normalised(pose: ComplexSimilarity, sample: MapSample) -> Points:
+    """Return (turn, shift) over coordinates about the map's centre in units of its radius, shape (2,)."""
+    return np.array([pose.turn * sample.radius, pose.turn * sample.centre + pose.shift])
+
+
+def _given(turn: complex, shift: complex, sample: MapSample) -> ComplexSimilarity:
+    """Undo `_normalised`."""
+    scaled = complex(turn) / sample.radius
+    return ComplexSimilarity(scaled, complex(shift) - scaled * sample.centre)
