@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from rectmerge.aligning import align, check
     from rectmerge.alignment import Alignment, Candidate
     from rectmerge.composing.compose import compose
+    from rectmerge.elastic.bend import Bend
+    from rectmerge.elastic.unbend import unbend
     from rectmerge.errors import InputError, MapFileError, MethodError, RectMergeError
     from rectmerge.fleet.graph import AlignmentGraph
     from rectmerge.fleet.many import align_many
@@ -21,6 +23,7 @@ __version__ = "0.1.0"
 _HOME = {
     "Alignment": "alignment",
     "AlignmentGraph": "fleet.graph",
+    "Bend": "elastic.bend",
     "Candidate": "alignment",
     "InputError": "errors",
     "MapFileError": "errors",
@@ -34,11 +37,13 @@ _HOME = {
     "compose": "composing.compose",
     "make_method": "methods",
     "read_map": "io.map_file",
+    "unbend": "elastic.unbend",
     "write_map": "io.map_file",
 }
 __all__ = [
     "Alignment",
     "AlignmentGraph",
+    "Bend",
     "Candidate",
     "InputError",
     "MapFileError",
@@ -52,6 +57,7 @@ __all__ = [
     "compose",
     "make_method",
     "read_map",
+    "unbend",
     "write_map",
 ]
 

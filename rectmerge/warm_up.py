@@ -14,12 +14,15 @@ from rectmerge import _kernels
 from rectmerge._kernels.compiling import after_each_compilation, cache_folder, is_compiled, kernels_of
 from rectmerge.aligning import align, check
 from rectmerge.alignment import Certifies
+from rectmerge.elastic.unbend import unbend
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
 from rectmerge.methods import DEFAULT_METHOD, make_method
 from rectmerge.rectangles import largest_rectangle
+from rectmerge.similarity import Similarity
 
 COMPILED_METHODS = ("paper", "stochastic-search")  # besides the default method; the others run no kernels of their own
 CERTIFIED_SCALE = (0.9, 1.1)
+SHIFT_CELLS = 2.2  # by which walls lie apart enough to be bent together
 CERTIFY_SECONDS = 1.0  # enough for one step of the search
 
 
@@ -88,3 +91,4 @@ def _use_all_kernels() -> None:
     for name in COMPILED_METHODS:
         align(a, b, method=name)
     largest_rectangle(a.free)
+    unbend(a, a, Similarity(tx=SHIFT_CELLS, ty=SHIFT_CELLS))

@@ -76,19 +76,19 @@ def test_the_figures_are_those_of_the_results(row):
     (page,) = re.findall(r"\]\((results/[^)]+)\)", row)
     figures = re.findall(r"\d+ of \d+|\d+\.\d+", row)
 
-    text = (ROOT / page).read_text(encoding="utf-8")
+    told = (ROOT / page).read_text(encoding="utf-8")
     assert figures
-    assert [figure for figure in figures if not re.search(rf"\b{re.escape(figure)}\b", text)] == []
+    assert [figure for figure in figures if not re.search(rf"\b{re.escape(figure)}\b", told)] == []
 
 
 def test_the_results_are_in_the_readme():
-    linked = {page for row in ROWS for page in re.findall(r"results/(\w+)", row)}
+    told = {page for row in ROWS for page in re.findall(r"results/(\w+)", row)}
 
-    assert linked == {"README", "headline", "robust", "trust"}
+    assert told == {"README", "headline", "robust", "trust"}
 
 
 def test_version_is_one():
-    versions = re.findall(r'^version(?: = |: )"?([\d.]+)"?$', (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
-    versions += re.findall(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    told = re.findall(r'^version(?: = |: )"?([\d.]+)"?$', (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+    told += re.findall(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
 
-    assert versions == [rm.__version__] * 2
+    assert told == [rm.__version__] * 2

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
-from rectmerge.robust.declaration import HAND, Group, param
+from rectmerge.declaration import HAND, Group, param
 
 TRIED = "tried on 36 hand-held maps of four buildings, whose answers they separate from wrong ones"
 ROWS = "tried on simulated hospitals, whose rooms repeat"

@@ -15,8 +15,8 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
+from rectmerge.declaration import CALIBRATED, CHANGED_BY_HAND, HAND, LAYOUT, Group, ablation, param
 from rectmerge.errors import InputError
-from rectmerge.robust.declaration import CALIBRATED, CHANGED_BY_HAND, HAND, LAYOUT, Group, ablation, param
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -27,6 +27,7 @@ COMMANDS = (  # in the order of the help
     studies.headline,
     studies.results,
     studies.realism,
+    studies.unbending,
     catalogue.suites,
     catalogue.worlds,
 )

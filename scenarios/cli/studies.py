@@ -83,7 +83,7 @@ def realism(
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier page in the folder.")] = False,
 ) -> None:
-    """Simulate pairs of every kind and compare them with real pairs: README.md and sheet.png."""
+    """Simulate pairs of every kind and set what they are like beside real pairs: README.md and sheet.png."""
     from scenarios.execution.executors import local_workers
     from scenarios.studies.examination import Finding
     from scenarios.studies.realism import write_realism
@@ -97,4 +97,22 @@ def realism(
         write_realism(
             maps, output, pairs=pairs, executor=executor, force=force, on_done=on_done
         )  # fmt: skip
+    typer.echo(f"written: {output}")
+
+
+def unbending(
+    maps: Annotated[
+        Path, typer.Argument(metavar="MAPS", help="The folder that holds the data sets real_maps and real_lasers.")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.md", help="Where the page goes.")],
+) -> None:
+    """Bend real pairs that no similarity fits, and write their errors before and after."""
+    from scenarios.studies.unbending import pair_sources, write_unbending
+
+    with progress(len(pair_sources(maps))) as advance:
+
+        def on_done(pair_id: str) -> None:
+            advance(1, pair_id)
+
+        write_unbending(maps, output, on_done=on_done)
     typer.echo(f"written: {output}")

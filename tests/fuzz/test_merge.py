@@ -109,10 +109,10 @@ def test_random_placements_have_an_answer(tmp_path, capsys, cells, numbers):
 def test_every_method_has_an_answer(method, name):
     cells = grids.ADVERSARIES[name](60)
 
-    alignment = align(rm.OccupancyGrid(cells), rm.OccupancyGrid(np.rot90(cells)[:40].copy()), method=method)
+    found = align(rm.OccupancyGrid(cells), rm.OccupancyGrid(np.rot90(cells)[:40].copy()), method=method)
 
-    assert alignment.verdict in ("accepted", "ambiguous", "rejected")
-    assert alignment.reason
+    assert found.verdict in ("accepted", "ambiguous", "rejected")
+    assert found.reason
 
 
 @pytest.mark.slow

@@ -24,7 +24,7 @@ def write_answer():
                 shutil.copy(drawing.DATA / f"{name}{suffix}", root)
         a, b = root / "building_a.yaml", root / "building_b.yaml"
         grids = read_map(a), read_map(b)
-        alignment = Alignment(
+        found = Alignment(
             verdict=verdict,
             reason=reason,
             method="told",
@@ -36,10 +36,10 @@ def write_answer():
         )
         folder = root / "out"
         folder.mkdir()
-        record = alignment.as_dict() | {
+        told = found.as_dict() | {
             "inputs": inputs_json_dict(folder, *(Input(given=str(path), path=path, greys={}) for path in (a, b)))
         }
-        (folder / "alignment.json").write_text(json.dumps(record))
+        (folder / "alignment.json").write_text(json.dumps(told))
         return folder
 
     return write

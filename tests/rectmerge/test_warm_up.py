@@ -5,7 +5,9 @@ import sys
 import pytest
 
 from rectmerge.aligning import align
-from rectmerge.warm_up import small_building, warm_up
+from rectmerge.elastic.unbend import unbend
+from rectmerge.similarity import Similarity
+from rectmerge.warm_up import SHIFT_CELLS, small_building, warm_up
 from tests import drawing
 
 COMMANDS = (
@@ -28,6 +30,8 @@ def test_a_second_warm_up_compiles_nothing_and_reports_no_progress():
 def test_the_drawn_building_is_one_that_the_methods_accept():
     for method in ("robust", "paper"):  # else they end early, and leave kernels out
         assert align(*small_building(), method=method), method
+    a, _ = small_building()
+    assert unbend(a, a, Similarity(tx=SHIFT_CELLS, ty=SHIFT_CELLS))
 
 
 @pytest.mark.slow  # compiles everything anew, half a minute of processor time

@@ -24,10 +24,10 @@ def timeless(folder):
 
 def wait_for(condition, within_s=30.0):
     ends = time.monotonic() + within_s
-    while not (result := condition()):
+    while not (found := condition()):
         assert time.monotonic() < ends
         time.sleep(0.01)
-    return result
+    return found
 
 
 def ended(pids, within_s=2.0):

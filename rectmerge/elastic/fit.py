@@ -1,0 +1,130 @@
+"""Fit of a displacement to the walls of two maps: Gauss-Newton steps with a shrinking reach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rectmerge._kernels.banded import solve_banded
+from rectmerge._kernels.spline_lattice import add_pulls
+from rectmerge.elastic.lattice import Displacement, Lattice
+from rectmerge.elastic.matching import FacePair
+from rectmerge.elastic.params import FitParams
+from rectmerge.elastic.smoothness import smoothness
+
+RIDGE = 1e-9  # of the largest diagonal element: nodes without walls around them stay
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ElasticFit:
+    """The problem of fitting a displacement to two maps, or to part of their faces.
+
+    Parameters
+    ----------
+    pair
+        Faces of both maps under their similarity.
+    lattice
+        Nodes over B's walls.
+    prior
+        Of `smoothness`.
+    params
+        Weights and steps.
+    """
+
+    pair: FacePair
+    lattice: Lattice
+    prior: NDArray[np.float64]
+    params: FitParams
+
+    @classmethod
+    def of_pair(cls, pair: FacePair, params: FitParams) -> ElasticFit:
+        """Lay a lattice over B's walls, with a margin as wide as a wall's reach at the end."""
+        margin = params.reaches[-1] * pair.diagonal
+        low, high = pair.placed.min(axis=0) - margin, pair.placed.max(axis=0) + margin
+        lattice = Lattice.over(low, high, params.spacing * pair.diagonal)
+        return cls(pair, lattice, smoothness(lattice, params.patch * pair.diagonal, params), params)
+
+    def fit(
+        self,
+        of_a: NDArray[np.intp],
+        of_b: NDArray[np.intp],
+        *,
+        start: Displacement | None = None,
+        steps: int | None = None,
+    ) -> Displacement:
+        """Fit the displacement to faces `of_a` of A and `of_b` of B.
+
+        Parameters
+        ----------
+        of_a, of_b
+            Numbers of the faces.
+        start
+            The displacement to start from; none where it is not given.
+        steps
+            Steps to take, the last ones of the schedule; all where it is not given.
+        """
+        params, found = self.params, start or Displacement.none(self.lattice)
+        schedule = list(zip(params.reaches, params.stiffness, strict=True))
+        for reach, stiffness in schedule[-(steps or len(schedule)) :]:
+            found = self._step(found, reach * self.pair.diagonal, stiffness, of_a, of_b)
+        return found
+
+    def _step(
+        self,
+        now: Displacement,
+        reach: float,
+        stiffness: float,
+        of_a: NDArray[np.intp],
+        of_b: NDArray[np.intp],
+    ) -> Displacement:
+        """Return the minimum of the energy with the partners that faces have now."""
+        band, right = stiffness * self.prior, np.zeros(2 * self.lattice.node_count)
+        params, pair = self.params, self.pair
+        faces = pair.moved(now, of_a, of_b)
+        for wall, back, weight in zip(
+            faces.match(reach), faces.match_backs(reach), (pair.weight_b, pair.weight_a), strict=True
+        ):
+            share = weight / params.correlated_cells / (2 * params.wall_std_cells**2)
+            along = wall.normals[:, ::-1] * np.array([-1.0, 1.0])
+            is_behind = back.is_matched & ~wall.is_matched
+            pulls = [
+                pull(wall.offsets, wall.normals, share * wall.is_matched, reach),
+                pull(wall.offsets, along, params.along_weight * share * wall.is_matched, reach),
+            ]
+            self._add(band, right, now, wall.points, pulls)
+            behind = pull(back.offsets, back.normals, params.behind_weight * share * is_behind, reach)
+            self._add(band, right, now, back.points, [behind])
+        band[:, 0] += RIDGE * band[:, 0].max()
+        return Displacement(self.lattice, solve_banded(band, right).reshape(-1, 2))
+
+    def _add(
+        self,
+        band: NDArray[np.float64],
+        right: NDArray[np.float64],
+        now: Displacement,
+        points: NDArray[np.float64],
+        pulls: list[tuple[NDArray[np.float64], NDArray[np.float64]]],
+    ) -> None:
+        """Add the pulls on displaced points to the normal equations."""
+        grid = self.lattice
+        stiffness = np.sum([stiff for stiff, _ in pulls], axis=0)
+        force = np.sum([force for _, force in pulls], axis=0)
+        add_pulls(
+            band, right, now.coefficients, grid.corner, grid.spacing, grid.counts, grid.steps, points, stiffness, force
+        )  # fmt: skip
+
+
+def pull(
+    offsets: NDArray[np.float64], directions: NDArray[np.float64], weights: NDArray[np.floating], reach: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the pull of partners along directions with Tukey's weights: stiffness (xx, xy, yy), (N, 3); force, (N, 2).
+
+    A distance of `reach` or more pulls no longer.
+    """
+    distances = np.einsum("nk,nk->n", offsets, directions)
+    weights = weights * (1 - (distances / reach) ** 2).clip(0) ** 2
+    x, y = directions.T
+    stiffness = np.stack([weights * x * x, weights * x * y, weights * y * y], axis=1)
+    return stiffness, (weights * distances)[:, np.newaxis] * directions

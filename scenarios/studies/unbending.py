@@ -1,0 +1,183 @@
+"""Errors of real pairs before and after they are unbent: a page of tables."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import rectmerge
+from rectmerge.io.atomic_file import replace_file
+from scenarios.dataset.reader import RowSource, open_dataset
+from scenarios.execution.executors import describe_machine
+from scenarios.pairs.pair import MapPair
+from scenarios.pairs.truth import control_point_rmse
+from scenarios.studies.headline import markdown
+
+DATASETS = ("real_maps", "real_lasers")
+GROUPS = {  # by variant; lasers may have none
+    "sensor-hard": "hand-held, turned and rescaled",
+    "layout-hard": "floor plans, turned and rescaled",
+    "laser": "rigid lasers",
+    "negative": "other places, by force",
+}
+CHANGE = 0.1  # of the error, from which a pair counts as better or worse
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnbentPair:
+    """A pair before and after it was unbent.
+
+    Parameters
+    ----------
+    group
+        A key of `GROUPS`.
+    pair_id
+        The pair's.
+    accepted
+        Whether the bend was accepted.
+    reason
+        Its reason.
+    e_similarity, e_best, e_unbent
+        RMSE over the control points in cells of A: of the best candidate, of the least-squares similarity, and of the
+        answer, which is bent where that was accepted. None where the pair is unrelated.
+    seconds, align_seconds
+        Wall time of unbending, and of the alignment before.
+    """
+
+    group: str
+    pair_id: str
+    accepted: bool
+    reason: str
+    e_similarity: float | None
+    e_best: float | None
+    e_unbent: float | None
+    seconds: float
+    align_seconds: float
+
+
+def pair_sources(maps: str | Path) -> list[tuple[str, RowSource]]:
+    """Return the real pairs of the groups and their group, in the data sets' order.
+
+    Raises
+    ------
+    DatasetError
+        If a data set does not exist, or does not keep the layout.
+    """
+    rows = [row for name in DATASETS for row in open_dataset(Path(maps) / name) if isinstance(row, RowSource)]
+    grouped = [(str(row.info.get("variant", "laser")), row) for row in rows]
+    return [(group, row) for group, row in grouped if group in GROUPS]
+
+
+def measure(sources: Sequence[tuple[str, RowSource]], on_done: Callable[[str], None]) -> Iterator[UnbentPair]:
+    """Align and unbend pairs one by one; pairs without a candidate are left out."""
+    for group, source in sources:
+        for pair in source.pairs():
+            if (measured := unbend_pair(group, pair)) is not None:
+                yield measured
+        on_done(source.pair_id)
+
+
+def unbend_pair(group: str, pair: MapPair) -> UnbentPair | None:
+    """Align a pair, unbend its best candidate and measure both on the control points; None without candidate."""
+    started = time.perf_counter()
+    alignment = rectmerge.align(pair.a, pair.b)
+    align_seconds = time.perf_counter() - started
+    if not alignment.candidates:
+        return None
+    pixels = alignment.candidates[0].pixels
+    bend = rectmerge.unbend(pair.a, pair.b, pixels)
+    before = after = None
+    if pair.control_points is not None:
+        at_a, at_b = pair.control_points[:, :2], pair.control_points[:, 2:]
+        after = before = control_point_rmse(pixels.matrix, pair.control_points)
+        if bend.warp is not None:
+            after = float(np.sqrt(((bend.warp.apply(at_b) - at_a) ** 2).sum(axis=1).mean()))
+    return UnbentPair(
+        group=group,
+        pair_id=pair.pair_id,
+        accepted=bool(bend),
+        reason=bend.reason,
+        e_similarity=before,
+        e_best=pair.residual_px,
+        e_unbent=after,
+        seconds=bend.seconds,
+        align_seconds=align_seconds,
+    )
+
+
+def write_unbending(maps: str | Path, output: Path, *, on_done: Callable[[str], None]) -> None:
+    """Measure the real pairs and write the page.
+
+    Parameters
+    ----------
+    maps
+        The folder that holds the data sets ``real_maps`` and ``real_lasers``.
+    output
+        The page, in Markdown.
+    on_done
+        Called with the id of each pair.
+    """
+    pairs = list(measure(pair_sources(maps), on_done))
+    replace_file(output, page(pairs, describe_machine()).encode())
+
+
+def page(pairs: Sequence[UnbentPair], machine: Mapping[str, Any]) -> str:
+    """Return the page."""
+    groups = {name: [pair for pair in pairs if pair.group == name] for name in GROUPS}
+    parts = [INTRODUCTION, summary_table(groups), PROVENANCE.format(**{"commit": "unknown", **machine})]
+    for name, members in groups.items():
+        if members and name != "negative":
+            parts += [f"## {GROUPS[name].capitalize()}\n", pair_table(members)]
+    return "\n".join(parts)
+
+
+def summary_table(groups: Mapping[str, Sequence[UnbentPair]]) -> str:
+    """Return one line for each group: medians of the errors, and shares of pairs that changed."""
+    heads = ["set", "n", "bent", "similarity", "best similarity", "unbent", "better", "worse", "time / align"]
+    lines = []
+    for name, members in groups.items():
+        if not members:
+            continue
+        count = len(members)
+        change = [p.e_unbent / p.e_similarity for p in members if p.e_unbent is not None and p.e_similarity]
+        better, worse = sum(c < 1 - CHANGE for c in change), sum(c > 1 + CHANGE for c in change)
+        errors = [_median([getattr(p, key) for p in members]) for key in ("e_similarity", "e_best", "e_unbent")]
+        changed = [f"{better} ({better / count:.0%})", f"{worse}"] if change else ["-", "-"]
+        ratio = np.median([p.seconds / p.align_seconds for p in members])
+        bent = str(sum(p.accepted for p in members))
+        lines.append([GROUPS[name], str(count), bent, *errors, *changed, f"{ratio:.2f}"])
+    return markdown(heads, lines)
+
+
+def pair_table(pairs: Sequence[UnbentPair]) -> str:
+    """Return one line for each pair."""
+    heads = ["pair", "similarity", "best similarity", "unbent", "reason"]
+    lines = [
+        [p.pair_id, *(_median([value]) for value in (p.e_similarity, p.e_best, p.e_unbent)), p.reason] for p in pairs
+    ]
+    return markdown(heads, lines)
+
+
+def _median(values: Sequence[float | None]) -> str:
+    known = [value for value in values if value is not None]
+    return f"{np.median(known):.2f}" if known else "-"
+
+
+INTRODUCTION = """# Maps unbent
+
+Real pairs, aligned by the default method, and the best candidate unbent by `rm.unbend`, whatever the verdict. Errors:
+RMSE over hand-made control points in cells of A, medians over pairs; `rm.unbend` never sees the points. *Best
+similarity*: fitted to the control points themselves, what no similarity can undercut. *Better*, *worse*: pairs whose
+error changes by more than 10 %. *Other places*: maps of two places, laid on each other by force; none should be bent.
+The thresholds of the test were chosen on these pairs: places it has not seen are the test that counts.
+"""
+PROVENANCE = """    rectbench unbending MAPS -o results/unbending/README.md
+
+MAPS is the folder that holds the data sets `real_maps` and `real_lasers`, which are not part of this repository.
+{processor}, {cores} cores, {system}, Python {python}; commit {commit}.
+"""
