@@ -20,15 +20,15 @@ def width_on_a_screen(page, width):
     """Return how wide the page is on a screen of this width: a phone's where it is narrow."""
     metrics = {"width": width, "height": 800, "deviceScaleFactor": 2, "mobile": width < 500}
     page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
-    found = page.execute_script("return document.documentElement.scrollWidth")
+    page_width = page.execute_script("return document.documentElement.scrollWidth")
     page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-    return found
+    return page_width
 
 
 def requests(page):
     """Return the addresses that the page asked for."""
     events = [json.loads(entry["message"])["message"] for entry in page.get_log("performance")]
-    return [one["params"]["request"]["url"] for one in events if one["method"] == "Network.requestWillBeSent"]
+    return [event["params"]["request"]["url"] for event in events if event["method"] == "Network.requestWillBeSent"]
 
 
 def complaints(page):

@@ -49,7 +49,7 @@ def test_the_page_done_as_written_makes_a_method_that_passes(folder, words):
 
 
 def test_the_page_names_every_mistake():
-    told = PAGE.partition("| mistake |")[2]
+    table = PAGE.partition("| mistake |")[2]
 
-    missing = [one.name for one in MISTAKES if one.name.removeprefix("v flipped ") not in told]
+    missing = [mistake.name for mistake in MISTAKES if mistake.name.removeprefix("v flipped ") not in table]
     assert not missing

@@ -33,8 +33,8 @@ def lines_of(page, program):
     for line in "".join(blocks(page, "sh")).splitlines():
         words = shlex.split(line, comments=True)
         if words[:1] == [program]:
-            told = re.search(r"# .*status (\d+)", line)
-            yield words, int(told[1]) if told else console.YES
+            status = re.search(r"# .*status (\d+)", line)
+            yield words, int(status[1]) if status else console.YES
 
 
 def having(program):
@@ -50,8 +50,8 @@ def checkout(tmp_path, monkeypatch):
     for robot, name in (("robot1", "building_a"), ("robot2", "building_b")):
         grid = rm.read_map(f"tests/data/{name}.yaml")
         x, y, yaw = grid.origin
-        told = {"cells": grid.occupancy, "resolution": grid.resolution, "at": (x, y, 0.0), "turn": bags.level(yaw)}
-        messages.append((f"/{robot}/map", bags.GRID, told))
+        content = {"cells": grid.occupancy, "resolution": grid.resolution, "at": (x, y, 0.0), "turn": bags.level(yaw)}
+        messages.append((f"/{robot}/map", bags.GRID, content))
     shutil.copy(bags.storage(bags.write(tmp_path, "mcap", messages)), "run.mcap")
     return tmp_path
 

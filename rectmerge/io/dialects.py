@@ -16,6 +16,7 @@ Dialect = Literal["nav2", "nav2-2024", "ros1", "cartographer"]
 DIALECTS: tuple[Dialect, ...] = get_args(Dialect)
 Mode = Literal["trinary", "scale", "raw"]
 UNKNOWN_GREY = 205  # as map savers write it
+FREE_GREY = 254  # likewise
 WHITE = 255
 CARTOGRAPHERS_DEAD_BAND = 0.04  # probability from 0.5: a single hit, 0.55, is a wall; four misses, 0.46, are free
 
@@ -27,7 +28,12 @@ class Legend:
     Raises
     ------
     InputError
-        If the thresholds are not 0 <= free_thresh < occupied_thresh <= 1, or the mode is unknown.
+        If a threshold is outside 0..1, or the mode is unknown.
+
+    Notes
+    -----
+    Map servers do not compare the thresholds. Where free_thresh is not the lower one, a value that is both free and
+    occupied is free in dialect "nav2", and occupied in the others.
     """
 
     negate: bool = False
@@ -38,9 +44,9 @@ class Legend:
     def __post_init__(self) -> None:
         if self.mode not in get_args(Mode):
             raise InputError(f"mode must be trinary, scale or raw, got {self.mode!r}")
-        if not 0 <= self.free_thresh < self.occupied_thresh <= 1:
+        if not (0 <= self.free_thresh <= 1 and 0 <= self.occupied_thresh <= 1):
             raise InputError(
-                f"thresholds must satisfy 0 <= free_thresh < occupied_thresh <= 1, "
+                f"free_thresh and occupied_thresh must lie in 0..1, "
                 f"got {self.free_thresh:g} and {self.occupied_thresh:g}; map_saver writes 0.196 and 0.65"
             )
 
@@ -149,7 +155,7 @@ def _by_inclusive_thresholds(legend: Legend, shade: NDArray[np.float32]) -> NDAr
     occupied = shade if legend.negate else np.float32(1.0) - shade
     low, high = np.float32(legend.free_thresh), np.float32(legend.occupied_thresh)
     between: NDArray[Any] = np.full(len(shade), UNKNOWN)
-    if legend.mode == "scale":
+    if legend.mode == "scale" and low < high:
         between = np.floor((occupied - low) / (high - low) * np.float32(100) + np.float32(0.5))  # halves away from 0
     sure = np.where(occupied <= low, FREE, between)
     return np.where((occupied >= high) & (occupied > low), OCCUPIED, sure).astype(np.int8)
@@ -161,7 +167,7 @@ def _by_exclusive_thresholds(
     """Grade values between the thresholds, in mode scale, from the first of `grades` over a range of the second."""
     low, high = legend.free_thresh, legend.occupied_thresh
     between: NDArray[Any] = np.full(len(occupied), UNKNOWN)
-    if legend.mode == "scale":
+    if legend.mode == "scale" and low < high:
         graded = grades[0] + grades[1] * ((occupied - low) / (high - low))
         between = np.floor(graded) if grades[0] else np.rint(graded)
     sure = np.where(occupied < low, FREE, between)
@@ -175,7 +181,7 @@ def _kept(table: NDArray[np.int8], keep: bool, unknown_at: int = UNKNOWN_GREY) -
 
 
 def _grey_level(value: int, table: NDArray[np.int8], *, is_exact: bool) -> int:
-    usual = {FREE: 254, OCCUPIED: 0, UNKNOWN: UNKNOWN_GREY}
+    usual = {FREE: FREE_GREY, OCCUPIED: 0, UNKNOWN: UNKNOWN_GREY}
     if value in usual and (table[usual[value]] == value or (value == UNKNOWN and not is_exact)):
         return usual[value]
     exact = np.flatnonzero(table == value)

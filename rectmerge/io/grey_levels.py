@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN
+from rectmerge.io.dialects import FREE_GREY, UNKNOWN_GREY
 
 CLUSTER_REACH = 12  # grey levels this close are one level, blurred by compression
 DARK_BELOW = 100  # a level that covers areas is occupied only if it is dark
 AREA_SHARE = 0.2  # least share of an area level's pixels away from other levels; lines and blur have less
+SAVERS_SHARE = 0.999  # of the pixels: others are single strokes of an editor
 MIN_SHARE = 0.00002  # rarer levels are noise
 MIN_LINE_SHARE = 0.002  # lines that are not dark may be blur between areas, if there are few
 BORDER_SHARE = 0.85  # the light level is unknown if it has more than this share of both levels' border pixels
@@ -81,11 +83,14 @@ def infer_levels(
     (ROS) or grey on white. Grey levels within 12 of a frequent one belong to it. Occupied is the darkest level, unless
     it covers areas and is not dark. Of the levels that cover areas, not only lines, the lighter is free, unless it
     has nearly all of the image's border: then it is the outside of the building. A single level next to the walls is
-    free.
+    free. An image of the greys 0, 205 and 254 alone is a map saver's, and read as such.
     """
     if all(level is not None for level in (free, occupied, unknown)):
         return Levels(free or 0, occupied, unknown)
     shown = np.ones(image.shape, np.bool_) if seen is None else seen
+    savers = _savers_levels(image[shown])
+    if savers and all(mine in (None, its) for mine, its in zip((free, occupied, unknown), savers, strict=True)):
+        return Levels(*savers)
     given = {level for level in (free, occupied, unknown) if level is not None}
     levels = _clusters(image, shown)
     clusters = {c: n for c, n in levels.items() if all(abs(c - g) > CLUSTER_REACH for g in given)}
@@ -106,6 +111,16 @@ def infer_levels(
     if free is None:
         raise InputError(f"no grey level can be identified as free space (levels: {', '.join(map(str, levels))})")
     return Levels(free, occupied, unknown)
+
+
+def _savers_levels(greys: NDArray[np.uint8]) -> tuple[int, int | None, int] | None:
+    """Return the levels of an image that holds a map saver's greys and no others; None for any other image."""
+    counts = np.bincount(greys, minlength=256)
+    if not (counts[FREE_GREY] and counts[UNKNOWN_GREY]):
+        return None
+    if counts[[0, UNKNOWN_GREY, FREE_GREY]].sum() < SAVERS_SHARE * len(greys):
+        return None
+    return FREE_GREY, (0 if counts[0] else None), UNKNOWN_GREY
 
 
 def _clusters(image: NDArray[np.uint8], seen: NDArray[np.bool_]) -> dict[int, float]:

@@ -15,6 +15,7 @@ from PIL import Image, UnidentifiedImageError
 
 from rectmerge.errors import MapFileError
 from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS
+from rectmerge.io.image_checks import require_intact
 
 READABLE = ("PNG", "PPM", "BMP", "JPEG", "TIFF", "GIF")
 OPAQUE = 255
@@ -56,7 +57,7 @@ def read_pixels(path: Path) -> Pixels:
     ------
     MapFileError
         If it is missing, not readable, not an image, truncated, or larger than 150 million pixels or
-        32,766 on a side.
+        32,766 on a side; or damaged, as far as `rectmerge.io.image_checks` finds that.
     """
     require_file(path)
     try:
@@ -68,6 +69,7 @@ def read_pixels(path: Path) -> Pixels:
                     raise _too_large(path, f"{width} x {height} pixels")
                 if max(width, height) > LONGEST_SIDE_CELLS:
                     raise MapFileError(f"{path}: {width} x {height} pixels: a side may have {LONGEST_SIDE_CELLS}")
+                require_intact(path, image)
                 return _channels(image)
     except MapFileError:
         raise

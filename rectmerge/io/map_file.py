@@ -15,13 +15,14 @@ from rectmerge.errors import InputError, MapFileError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, unusable
 from rectmerge.io.atomic_file import replace_files
 from rectmerge.io.bag_file import bag_files, is_bag, read_bag_map
-from rectmerge.io.dialects import UNKNOWN_GREY, WHITE, Dialect, Legend, grey_levels, occupancy_table, read_cells
+from rectmerge.io.dialects import UNKNOWN_GREY, Dialect, Legend, grey_levels, occupancy_table, read_cells
 from rectmerge.io.grey_levels import Levels, infer_levels
 from rectmerge.io.image_file import OPAQUE, WRITABLE, Pixels, encode_image, read_pixels
-from rectmerge.io.map_yaml import read_header
+from rectmerge.io.map_yaml import MapHeader, read_header
+from rectmerge.io.savers_legend import doubtful_grey, turns_unknown_free
 
 YAML_SUFFIXES = (".yaml", ".yml")
-FREE_GREY = 254  # as map savers write it
+IMAGE_SUFFIXES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff", ".gif")
 CARTOGRAPHER_COMMENT = b"# Cartographer map"  # the second line of its images
 MAP_SAVER_LEGEND = Legend()
 LOGGER = logging.getLogger("rectmerge")
@@ -87,8 +88,9 @@ def read_map(
     earlier versions, of map_server of ROS 1 and of Cartographer. ``resolution: null`` means an unknown resolution.
 
     The map savers of nav2 wrote ``free_thresh: 0.25`` for years with grey 205 for unknown, which by that threshold is
-    free: (255 - 205) / 255 = 0.196. Where 205 would turn free in an image that has the savers' free grey, 254, and no
-    shades next to 205, it stays unknown, and the logger `rectmerge` warns.
+    free: (255 - 205) / 255 = 0.196. Where 205 would turn free in an image that has the savers' free grey, 254, and next
+    to no shades of 204 and 206, it stays unknown, and the logger `rectmerge` warns. It also warns of a map that reads
+    more than 95 % free while one grey, not the lightest, covers most of it.
     """
     if not is_yaml(path) and not is_bag(path):
         return read_image(path, free=free, occupied=occupied, unknown=unknown).grid
@@ -202,8 +204,9 @@ def _read_yaml_map(path: Path, dialect: Dialect | None, *, strict_thresholds: bo
         pixels = _checked_size(header.image, read_pixels(header.image))
     except MapFileError as error:
         raise MapFileError(f"{path}: its image {error}{_nearby_hint(path, header.image)}") from None
+    _note_oddities(path, header)
     dialect = dialect or _detect_dialect(path, header.image)
-    keep = not strict_thresholds and _turns_unknown_free(header.legend, pixels, dialect)
+    keep = not strict_thresholds and turns_unknown_free(header.legend, pixels, dialect)
     if keep:
         LOGGER.warning(
             "%s: %sfree_thresh %g would turn grey 205, which map savers write for unknown, into free space; it is kept "
@@ -218,15 +221,38 @@ def _read_yaml_map(path: Path, dialect: Dialect | None, *, strict_thresholds: bo
         grid = OccupancyGrid(occupancy, header.resolution, header.origin)
     except InputError as error:
         raise MapFileError(f"{path}: {error}") from None
+    if (grey := doubtful_grey(pixels, grid)) is not None and not strict_thresholds:
+        LOGGER.warning(
+            "%s: %.0f %% of it reads free, most of it grey %d: if that is unknown space, lower free_thresh",
+            path,
+            100 * grid.free.mean(),
+            grey,
+        )
     return _checked(path, grid, "check negate, free_thresh and occupied_thresh")
 
 
+def _note_oddities(path: Path, header: MapHeader) -> None:
+    """Note what a YAML says that is taken otherwise, or that its author hardly meant."""
+    if header.image != path.parent / header.named_image:
+        LOGGER.info("%s: %s is not there; %s beside it is read", path, header.named_image, header.image.name)
+    free, occupied = header.legend.free_thresh, header.legend.occupied_thresh
+    if header.legend.mode != "raw" and free >= occupied:
+        LOGGER.warning(
+            "%s: free_thresh %g is not below occupied_thresh %g; it is read as map servers do", path, free, occupied
+        )
+
+
 def _nearby_hint(path: Path, image: Path) -> str:
-    """Name a file next to a YAML with the name of its missing image: people copy maps without their folder."""
-    nearby = path.with_name(PureWindowsPath(image).name or path.name)  # either kind of slash
-    if os.path.lexists(image) or nearby == path or not os.path.isfile(nearby):  # noqa: PTH113 - no error, any name
+    """Name a file beside a YAML that may be its missing image: of the image's name, or of the YAML's."""
+    if os.path.lexists(image):
         return ""
-    return f"; {nearby.name} is in the YAML's folder: if it is the map's, write image: {nearby.name}"
+    named = path.with_name(PureWindowsPath(image).name or path.name)  # either kind of slash
+    if named != path and os.path.isfile(named):  # noqa: PTH113 - no error, any name
+        return f"; {named.name} is in the YAML's folder: if it is the map's, write image: {named.name}"
+    for same_stem in (path.with_suffix(suffix) for suffix in IMAGE_SUFFIXES):
+        if same_stem.is_file():
+            return f"; {same_stem.name} has the YAML's name: if it is the map's, write image: {same_stem.name}"
+    return ""
 
 
 def _remedy(legend: Legend, dialect: Dialect) -> str:
@@ -244,18 +270,6 @@ def _detect_dialect(path: Path, image: Path) -> Dialect:
             return "nav2"
     LOGGER.info("%s: Cartographer's image: grey is read as probability (--dialect nav2 goes by thresholds)", path)
     return "cartographer"
-
-
-def _turns_unknown_free(legend: Legend, pixels: Pixels, dialect: Dialect) -> bool:
-    """Detect the 205 trap: the savers' grey for unknown, read as free, in an image with their grey for free."""
-    if legend.mode == "raw" or legend.negate or dialect == "cartographer":
-        return False
-    if occupancy_table(legend, dialect)[UNKNOWN_GREY] != FREE:
-        return False
-    opaque = pixels.luma if pixels.alpha is None else pixels.luma[pixels.alpha == OPAQUE]
-    is_there = np.bincount(opaque.ravel(), minlength=WHITE + 1) > 0
-    is_level = not is_there[[UNKNOWN_GREY - 1, UNKNOWN_GREY + 1]].any()  # not a shade among others
-    return bool(is_there[UNKNOWN_GREY] and is_there[FREE_GREY] and is_level)
 
 
 def _checked_size(path: Path, pixels: Pixels) -> Pixels:

@@ -7,7 +7,7 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 import yaml
@@ -19,14 +19,28 @@ from rectmerge.io.image_file import BROKEN, require_file
 MAX_YAML_BYTES = 65_536
 LONGEST_SHOWN = 1000  # bits of a number in a message
 UNNAMEABLE = re.compile("[\0\ud800-\udfff]")  # characters that no file name can have
+TABS = re.compile(rb"([^\s])[ \t]*\t[ \t]*")  # after something else on the line
 LONGEST_NAME = 4096  # bytes of a path, the limit of operating systems
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapHeader:
-    """The checked content of a map_server YAML."""
+    """Checked content of a map_server YAML.
+
+    Parameters
+    ----------
+    image
+        The image; where the YAML names one by an absolute path that is not there, the file of that name beside it.
+    named_image
+        The image as the YAML names it.
+    resolution, origin
+        As in `rectmerge.grid.OccupancyGrid`.
+    legend
+        The meaning of the pixels.
+    """
 
     image: Path
+    named_image: str
     resolution: float | None
     origin: tuple[float, float, float]
     legend: Legend
@@ -62,7 +76,8 @@ def read_header(source: str | os.PathLike[str]) -> MapHeader:
     except InputError as error:
         raise MapFileError(f"{path}: {error}") from None
     return MapHeader(
-        image=path.parent / image,
+        image=_image(path, image),
+        named_image=image,
         resolution=_resolution(path, keys),
         origin=_origin(path, keys),
         legend=legend,
@@ -76,12 +91,14 @@ def _keys(path: Path) -> dict[Any, Any]:
     text = b""
     try:
         text = path.read_bytes()
-        keys = yaml.safe_load(text)
+        keys = _load(text)
     except OSError as error:
         raise MapFileError(f"{path}: {error.strerror or error}; make the file readable") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         remedy = "; use spaces, no tabs" if b"\t" in text else ""
         raise MapFileError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}{remedy}") from None
+    except MapFileError as error:
+        raise MapFileError(f"{path}: {error}") from None
     except BROKEN:  # a tag such as !!bool or !!timestamp on another value: PyYAML's own, often nameless errors
         raise MapFileError(f"{path}: not valid YAML: a value does not have the type of its tag") from None
     if keys is None:
@@ -89,6 +106,42 @@ def _keys(path: Path) -> dict[Any, Any]:
     if not isinstance(keys, dict):
         raise MapFileError(f"{path}: not a map_server YAML: it must map image, resolution, origin, ... to values")
     return keys
+
+
+def _image(path: Path, named: str) -> Path:
+    """Return the image of a YAML: as named, or beside it by the name that it has on another machine."""
+    image = path.parent / named
+    beside = path.with_name(PureWindowsPath(named).name or path.name)  # either kind of slash
+    is_foreign = PurePosixPath(named).is_absolute() or PureWindowsPath(named).is_absolute()
+    if is_foreign and beside != path and not os.path.lexists(image) and os.path.isfile(beside):  # noqa: PTH113 - no error, any name
+        return beside
+    return image
+
+
+def _load(text: bytes) -> Any:
+    """Load YAML with tabs as yaml-cpp takes them, which map servers use: as spaces, except at the start of a line."""
+    try:
+        return yaml.load(text, _Loader)
+    except yaml.YAMLError:
+        spaced = TABS.sub(rb"\1 ", text)
+        if spaced == text:
+            raise
+        return yaml.load(spaced, _Loader)
+
+
+class _Loader(yaml.SafeLoader):
+    """Loader that refuses a key given twice, of which programs take different ones."""
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
+        """Construct a mapping from a node, whose keys must differ."""
+        seen = set()
+        for key, _ in node.value:
+            if key.tag != "tag:yaml.org,2002:merge" and isinstance(key.value, str):
+                if key.value in seen:
+                    raise MapFileError(f"the key {_short(key.value)} is given twice; keep one")
+                seen.add(key.value)
+        mapping: dict[Any, Any] = super().construct_mapping(node, deep)
+        return mapping
 
 
 def _resolution(path: Path, keys: Mapping[str, Any]) -> float | None:

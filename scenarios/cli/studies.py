@@ -83,7 +83,7 @@ def realism(
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier page in the folder.")] = False,
 ) -> None:
-    """Simulate pairs of every kind and set what they are like beside real pairs: README.md and sheet.png."""
+    """Simulate pairs of every kind and compare them with real pairs: README.md and sheet.png."""
     from scenarios.execution.executors import local_workers
     from scenarios.studies.examination import Finding
     from scenarios.studies.realism import write_realism

@@ -74,7 +74,7 @@ checksums and truth.
 | --- | --- |
 | `pair_id`, `suite`, `place` | names; pairs of one place are not independent of each other |
 | `map_a_file_name`, `map_b_file_name` | the maps, relative to the split's folder: free 254, occupied 0, unknown 205 |
-| `map_a_yaml`, `map_b_yaml` | the ROS map file beside, where a method may know the resolution; else empty |
+| `map_a_yaml`, `map_b_yaml` | its ROS map file, where a method may know the resolution; else empty |
 | `related` | whether the maps show the same place at all |
 | `pixels` | 2x3, the pixels (u right, v down, centres at integers) of B to those of A; null when unrelated |
 | `control_points` | `[ua, va, ub, vb]`: the same surface points in both maps; null when unrelated |

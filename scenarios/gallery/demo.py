@@ -35,7 +35,7 @@ from sim.missions.mission_log import MissionLog
 Picture = NDArray[np.uint8]
 TILE = 620, 560  # width and height of a picture in the combined one
 DRAWN_RECTANGLES = 60
-MISSION = "mission"  # the folder of the mission's data, beside the pictures
+MISSION = "mission"  # the folder of the mission's data, in that of the pictures
 OWN_FILES = (
     *("demo.png", "world.png", "map_[ab].png", "rectangles_[ab].png", "overlay_*.png", "merged_*.png", "score.json"),
     *(f"{MISSION}/{name}" for name in MISSION_FILES),

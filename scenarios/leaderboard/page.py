@@ -85,6 +85,6 @@ as we know them, and defaults of our own elsewhere. The baselines are written fr
 outline alone: the docstring of each names its source, our own choices, and the extension for an unknown scale.
 `rectbench report` shows the same runs with charts and every pair.
 """
-PREDICTION_EXPLAINED = """Right and accepted at equal true overlap, simulated (`standard`) beside real (`real_maps`,
-`real_lasers`). Real hand-held maps bend; simulated ones mostly do not.
+PREDICTION_EXPLAINED = """Right and accepted at equal true overlap, on simulated (`standard`) and real pairs
+(`real_maps`, `real_lasers`). Real hand-held maps bend; simulated ones mostly do not.
 """

@@ -203,8 +203,8 @@ def _provenance(machine: Mapping[str, Any]) -> str:
     packages = ", ".join(f"{package} {version}" for package, version in machine["packages"].items())
     return f"""    rectbench results MAPS -o results/robust --force
 
-MAPS is the folder that holds the data sets `real_maps` and `real_lasers`. The rows themselves go to `run/` beside this
-file and are not kept. Seed 0.
+MAPS is the folder that holds the data sets `real_maps` and `real_lasers`. The rows themselves go to `run/` in the
+folder of this file and are not kept. Seed 0.
 
 {machine["processor"]}, {machine["cores"]} cores, {machine["system"]}, Python {machine["python"]}, {packages}; commit
 {machine["commit"] or "unknown"}.

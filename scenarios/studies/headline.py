@@ -160,7 +160,7 @@ true rotation, to the quarter turn; one in four would by chance. *Ratio*: there,
 1.1875. *Ratio 1*: the loop ended. *Right*: accepted, with an error below 1 % of A's extent, 5 degrees and 5 % of
 scale. *Wrong, accepted*: not right, and not said so. *Checked*: the same where the judge of `rectmerge check` has the
 last word, as in `rectmerge merge`. *Time*: median wall time of one merge, maps already read; the
-paper reports about 80 s. The default method `robust` stands beside the paper's for comparison; the other four marks are
+paper reports about 80 s. The default method `robust` is listed for comparison; the other four marks are
 of the paper's loop, which it does not have.
 """
 PAPER_TRACE = """The paper's own (section IV): Lambda = 63.4349 and 45 degrees; Lambda_f = 180 with {r3, r10, r11} and

@@ -115,13 +115,13 @@ def _values(findings: Sequence[Finding], name: str) -> NDArray[np.float64]:
     return np.round([finding.measures[name] for finding in findings if name in finding.measures], DECIMALS)
 
 
-INTRODUCTION = """# Simulated pairs beside real ones
+INTRODUCTION = """# Simulated pairs and real ones
 
 Missions of two robots, drawn at random: every family of buildings in turn, any of the scanners, tours and frontiers,
 any wanted overlap from 0.2 to 1, cells of 2 to 13 cm, noise levels 0 to 2, maps by `slam` poses of better and worse
 mappers; a third of the pairs are also stretched by up to 3 %, bent by up to 1.5 degrees and drawn with fat walls, as
-hand-held sensors draw them. Beside them the pairs that people made by hand (`real_maps`, hand-held, truth by hand-made
-points) and cut out of laser logs (`real_lasers`, exact truth, so without a residual).
+hand-held sensors draw them. They are compared with the pairs that people made by hand (`real_maps`, hand-held, truth by
+hand-made points) and cut out of laser logs (`real_lasers`, exact truth, so without a residual).
 
 ![24 pairs of other missions: A, B, and B on A by the truth](sheet.png)
 """

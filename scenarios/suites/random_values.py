@@ -129,4 +129,4 @@ def _check(draw: Mapping[str, Any], path: str) -> None:
 
 def _refuse_others(draw: Mapping[str, Any], known: set[str], path: str) -> None:
     if unknown := sorted(draw.keys() - known):
-        raise InputError(f"{path}: unknown key {unknown[0]!r} beside {', '.join(sorted(draw.keys() & known))}")
+        raise InputError(f"{path}: unknown key {unknown[0]!r} with {', '.join(sorted(draw.keys() & known))}")

@@ -4,7 +4,7 @@ other-building    B explores another building of the same family, with corridors
 no-shared-room    one building; the robots stay so far apart that their maps have less than 0.05 in common
 other-floor       B explores another building with the outer walls of A's, within 5 cm, the same turn and other rooms
 mirrored          one building and one mission, and map B is flipped left to right: no similarity is true
-blank-halls       two halls of different size, empty: no pillars, no furniture, no rooms beside
+blank-halls       two halls of different size, empty: no pillars, no furniture, no other rooms
 """
 
 from __future__ import annotations

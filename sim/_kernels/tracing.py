@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.compiling import kernel
-from sim._kernels.crossed_cells import crossed_cells
+from sim._kernels.cell_walk import begin_walk, walk_on
 
 
 @kernel
@@ -54,7 +54,9 @@ def _trace(
 ) -> None:
     """Lower every cell that a ray crosses before its last cell."""
     height, width = log_odds.shape
-    for row, col in crossed_cells(x0, y0, x1, y1):
+    row, col, steps, next_y, next_x, per_y, per_x = begin_walk(x0, y0, x1, y1)
+    for _ in range(steps):
         if 0 <= col < width and 0 <= row < height and marked[row, col] != scan:
             marked[row, col] = scan
             log_odds[row, col] = max(lowest, log_odds[row, col] + miss)
+        row, col, next_y, next_x = walk_on(row, col, next_y, next_x, per_y, per_x)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.compiling import kernel
-from sim._kernels.crossed_cells import crossed_cells
+from sim._kernels.cell_walk import begin_walk, walk_on
 
 
 @kernel
@@ -38,9 +38,11 @@ def see_scans(
             length = min(length, longest) / cell
             heading = poses[s, 2] + angles[b]
             end_x, end_y = x + length * math.cos(heading), y + length * math.sin(heading)
-            for row, col in crossed_cells(x, y, end_x, end_y):
+            row, col, steps, next_y, next_x, per_y, per_x = begin_walk(x, y, end_x, end_y)
+            for _ in range(steps):
                 if 0 <= col < width and 0 <= row < height and seen_free[row, col] < 0:
                     seen_free[row, col] = first_scan + s
+                row, col, next_y, next_x = walk_on(row, col, next_y, next_x, per_y, per_x)
             row, col = math.floor(end_y), math.floor(end_x)
             if is_end and 0 <= row < height and 0 <= col < width:
                 is_hit[row, col] = True

@@ -63,9 +63,9 @@ def test_method(benchmark, name, side):
     method = make_method(name)
     benchmark.extra_info |= {"what": name, "side": side}
 
-    found = benchmark.pedantic(align, (a, b), {"method": method}, rounds=ROUNDS, warmup_rounds=1)
+    alignment = benchmark.pedantic(align, (a, b), {"method": method}, rounds=ROUNDS, warmup_rounds=1)
 
-    assert found.method == name
+    assert alignment.method == name
 
 
 @pytest.mark.parametrize("side", SIDES)

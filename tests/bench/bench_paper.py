@@ -30,7 +30,7 @@ def test_whole_merge(benchmark, method):
     def merge():
         return method.align(a, b, scale=(0.5, 2.0), rng=np.random.default_rng(0))
 
-    found = benchmark.pedantic(merge, rounds=5, warmup_rounds=1)
-    benchmark.extra_info |= {"verdict": found.verdict, "iterations": len(found.trace.get("iterations", []))}
+    alignment = benchmark.pedantic(merge, rounds=5, warmup_rounds=1)
+    benchmark.extra_info |= {"verdict": alignment.verdict, "iterations": len(alignment.trace.get("iterations", []))}
     benchmark.extra_info["aim"] = "< 0.5 s"
-    assert found.reason
+    assert alignment.reason

@@ -39,11 +39,11 @@ def test_whole_process(benchmark, tmp_path, action):
 def test_slowest_imports(benchmark):
     """Where the imports go: the packages with the most time of their own, milliseconds."""
     command = [sys.executable, "-X", "importtime", "-c", IMPORTS]
-    told = benchmark.pedantic(
+    import_times = benchmark.pedantic(
         lambda: subprocess.run(command, check=True, capture_output=True, text=True).stderr, rounds=3, warmup_rounds=1
     )
     own: dict[str, float] = {}
-    for match in re.finditer(r"import time:\s+(\d+) \|\s+\d+ \|\s+([\w.]+)", told):
+    for match in re.finditer(r"import time:\s+(\d+) \|\s+\d+ \|\s+([\w.]+)", import_times):
         package = match[2].split(".")[0]
         own[package] = own.get(package, 0.0) + int(match[1]) / 1000
     benchmark.extra_info |= dict(sorted(own.items(), key=lambda each: -each[1])[:8])

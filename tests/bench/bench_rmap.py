@@ -40,11 +40,15 @@ def transform_seconds(free: np.ndarray) -> float:
 @pytest.mark.parametrize("shape", SIZES, ids=lambda shape: f"{shape[0]}x{shape[1]}")
 def test_full_rmap(benchmark, shape, is_noisy):
     free = drawn(shape, is_noisy=is_noisy)
-    found = rmap(free)
+    rectangles = rmap(free)
     benchmark.pedantic(rmap, args=(free,), rounds=20, warmup_rounds=2)
 
     ratio = benchmark.stats.stats.min / transform_seconds(free)
-    benchmark.extra_info |= {"rectangles": len(found), "free": float(free.mean()), "ratio_to_distance_transform": ratio}
+    benchmark.extra_info |= {
+        "rectangles": len(rectangles),
+        "free": float(free.mean()),
+        "ratio_to_distance_transform": ratio,
+    }
     assert ratio <= 40
 
 
@@ -52,6 +56,6 @@ def test_full_rmap(benchmark, shape, is_noisy):
 def test_literal_loop_beside_it(benchmark, is_literal):
     free = drawn((60, 70), is_noisy=True)
     rmap(free)
-    found = benchmark.pedantic(naive.rmap if is_literal else lambda mask: rmap(mask).boxes, args=(free,), rounds=2)
+    boxes = benchmark.pedantic(naive.rmap if is_literal else lambda mask: rmap(mask).boxes, args=(free,), rounds=2)
 
-    assert [tuple(box) for box in np.asarray(found).tolist()] == naive.rmap(free)
+    assert [tuple(box) for box in np.asarray(boxes).tolist()] == naive.rmap(free)

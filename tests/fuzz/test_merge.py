@@ -109,10 +109,10 @@ def test_random_placements_have_an_answer(tmp_path, capsys, cells, numbers):
 def test_every_method_has_an_answer(method, name):
     cells = grids.ADVERSARIES[name](60)
 
-    found = align(rm.OccupancyGrid(cells), rm.OccupancyGrid(np.rot90(cells)[:40].copy()), method=method)
+    alignment = align(rm.OccupancyGrid(cells), rm.OccupancyGrid(np.rot90(cells)[:40].copy()), method=method)
 
-    assert found.verdict in ("accepted", "ambiguous", "rejected")
-    assert found.reason
+    assert alignment.verdict in ("accepted", "ambiguous", "rejected")
+    assert alignment.reason
 
 
 @pytest.mark.slow

@@ -107,6 +107,45 @@ def test_damaged_files_are_read_or_refused(beside, data):
         assert is_clear(said(beside / f"damaged-{name}"), beside / f"damaged-{name}")
 
 
+def flipped(data, bit):
+    """Data with one bit flipped."""
+    damaged = bytearray(data)
+    damaged[bit // 8] ^= 1 << bit % 8
+    return bytes(damaged)
+
+
+@pytest.mark.parametrize(
+    ("form", "options", "unseen"),
+    [("PNG", {}, 0), ("TIFF", {"compression": "tiff_adobe_deflate"}, 2)],  # Adler-32 is weak on short data
+)
+def test_a_bit_flipped_under_a_checksum_changes_no_cell_unseen(tmp_path, form, options, unseen):
+    grey = np.random.default_rng(0).choice(np.array([0, 205, 254], np.uint8), (12, 20))
+    written, path = io.BytesIO(), tmp_path / "map.img"
+    Image.fromarray(grey).save(written, form, **options)
+    whole = written.getvalue()
+    path.write_bytes(whole)
+    cells = read_map(path).occupancy
+    with Image.open(path) as image:
+        first, length = (0, len(whole)) if form == "PNG" else (image.tag_v2[273][0], image.tag_v2[279][0])
+
+    changed = 0
+    for bit in range(8 * first, 8 * (first + length)):
+        path.write_bytes(flipped(whole, bit))
+        changed += not said(path) and not np.array_equal(read_map(path).occupancy, cells)
+    assert changed <= unseen
+
+
+@pytest.mark.parametrize("form", ["PPM", "BMP", "GIF", "JPEG"])
+def test_a_file_without_checksums_that_is_cut_or_goes_on_is_refused(tmp_path, form):
+    grey = np.random.default_rng(1).choice(np.array([0, 205, 254], np.uint8), (24, 32))
+    written = io.BytesIO()
+    Image.fromarray(grey).save(written, form)
+    whole, path = written.getvalue(), tmp_path / "map.img"
+    for damaged in (whole[:-40], whole[:-1]) + ((whole + b"more",) if form in ("PPM", "BMP") else ()):
+        path.write_bytes(damaged)
+        assert "broken or truncated" in said(path)
+
+
 def png(width, height, pixels=None):
     """A grey PNG whose header tells this size; its pixels are zeros, packed, unless given."""
     rows = bytes(height * (width + 1)) if pixels is None else pixels

@@ -24,7 +24,7 @@ def write_answer():
                 shutil.copy(drawing.DATA / f"{name}{suffix}", root)
         a, b = root / "building_a.yaml", root / "building_b.yaml"
         grids = read_map(a), read_map(b)
-        found = Alignment(
+        alignment = Alignment(
             verdict=verdict,
             reason=reason,
             method="told",
@@ -36,10 +36,10 @@ def write_answer():
         )
         folder = root / "out"
         folder.mkdir()
-        told = found.as_dict() | {
+        record = alignment.as_dict() | {
             "inputs": inputs_json_dict(folder, *(Input(given=str(path), path=path, greys={}) for path in (a, b)))
         }
-        (folder / "alignment.json").write_text(json.dumps(told))
+        (folder / "alignment.json").write_text(json.dumps(record))
         return folder
 
     return write

@@ -33,11 +33,11 @@ class Scripted:
 def test_auto_expects_the_ratio_of_the_resolutions():
     solver = Scripted(pixels=Similarity(2.0))
 
-    found = align(drawing.building(resolution=0.05), drawing.building(resolution=0.10), method=solver)
+    alignment = align(drawing.building(resolution=0.05), drawing.building(resolution=0.10), method=solver)
 
     assert solver.asked == [pytest.approx((2 / 1.1, 2.2))]
-    assert (found.scale.expected, found.scale.found, found.scale.source) == (2.0, 2.0, "resolution")
-    assert found.unit == "m"
+    assert (alignment.scale.expected, alignment.scale.found, alignment.scale.source) == (2.0, 2.0, "resolution")
+    assert alignment.unit == "m"
 
 
 def test_what_is_searched_for_swapped_maps_is_the_inverse():
@@ -57,28 +57,28 @@ def test_what_is_searched_for_swapped_maps_is_the_inverse():
 def test_a_scale_that_leaves_out_what_the_resolutions_tell_is_named_where_nothing_is_found():
     a, b = drawing.building(resolution=0.05), drawing.building(resolution=0.06)
 
-    found = align(a, b, method=Scripted(pixels=Similarity(1.2)), scale=1.5)
+    alignment = align(a, b, method=Scripted(pixels=Similarity(1.2)), scale=1.5)
 
-    assert found.reason == "nothing fits; the resolutions give a scale of 1.2, which was not searched"
+    assert alignment.reason == "nothing fits; the resolutions give a scale of 1.2, which was not searched"
     assert align(a, b, method=Scripted(pixels=Similarity(9.0)), scale=(1.1, 1.5)).reason == "nothing fits"
 
 
 def test_auto_searches_freely_when_the_ratio_finds_nothing_and_says_so():
     solver = Scripted(pixels=Similarity(1.5))
 
-    found = align(drawing.building(resolution=0.05), drawing.building(resolution=0.05), method=solver)
+    alignment = align(drawing.building(resolution=0.05), drawing.building(resolution=0.05), method=solver)
 
-    assert found.scale.source == "search"
-    assert "1.50 times" in found.reason
-    assert "is one resolution wrong? B's would be 0.075 rather than 0.05, or A's 0.0333 rather than" in found.reason
+    assert alignment.scale.source == "search"
+    assert "1.50 times" in alignment.reason
+    assert "is one resolution wrong? B's would be 0.075 rather than 0.05, or A's 0.0333 rather than" in alignment.reason
 
 
 def test_auto_keeps_the_refusal_when_a_free_search_finds_nothing_either():
-    found = align(
+    alignment = align(
         drawing.building(resolution=0.05), drawing.building(resolution=0.05), method=Scripted(pixels=Similarity(9.0))
     )
 
-    assert (found.verdict, found.reason, found.scale.source) == ("rejected", "nothing fits", "resolution")
+    assert (alignment.verdict, alignment.reason, alignment.scale.source) == ("rejected", "nothing fits", "resolution")
 
 
 @pytest.mark.parametrize(
@@ -93,11 +93,11 @@ def test_auto_keeps_the_refusal_when_a_free_search_finds_nothing_either():
 def test_bounds_are_what_was_asked_for_where_a_resolution_is_missing(scale, bounds, source):
     solver = Scripted()
 
-    found = align(drawing.building(), drawing.building(resolution=0.05), method=solver, scale=scale)
+    alignment = align(drawing.building(), drawing.building(resolution=0.05), method=solver, scale=scale)
 
     assert solver.asked == [bounds]
-    assert (found.scale.expected, found.scale.source) == (None, source)
-    assert found.unit == "cells"
+    assert (alignment.scale.expected, alignment.scale.source) == (None, source)
+    assert alignment.unit == "cells"
 
 
 @pytest.mark.parametrize("scale", ["wide", 0, -1.0, math.nan, math.inf, (2.0, 1.0), (0.0, 1.0), (1.0, math.inf), None])
@@ -118,8 +118,8 @@ def test_the_seed_alone_decides_what_is_random():
 def test_a_map_without_free_space_is_named_without_asking_the_method(name):
     solver, empty, full = Scripted(), OccupancyGrid(np.full((9, 9), -1, np.int8)), drawing.building()
 
-    found = align(*((empty, full) if name == "A" else (full, empty)), method=solver)
+    alignment = align(*((empty, full) if name == "A" else (full, empty)), method=solver)
 
-    assert not found
-    assert f"map {name}" in found.reason
+    assert not alignment
+    assert f"map {name}" in alignment.reason
     assert not solver.asked

@@ -93,6 +93,6 @@ def test_json_of_a_no_without_candidates_measures_nothing():
 def test_a_candidate_measures_how_the_maps_agree():
     grid = drawing.building()
 
-    found = Candidate.from_pixels(Similarity(), grid, grid, confidence=0.5)
+    measured = Candidate.from_pixels(Similarity(), grid, grid, confidence=0.5)
 
-    assert (found.overlap, found.conflict) == (1.0, 0.0)
+    assert (measured.overlap, measured.conflict) == (1.0, 0.0)

@@ -1,5 +1,7 @@
+import ast
 import importlib.util
 import logging
+from pathlib import Path
 
 import pytest
 
@@ -59,3 +61,13 @@ def test_a_process_says_it_once(notes, tmp_path):
 
     assert (one_more(1), one_more(1.5)) == (2, 2.5)
     assert len(notes.messages) == 1
+
+
+@pytest.mark.parametrize("folder", ["rectmerge/_kernels", "sim/_kernels"])
+def test_no_kernel_is_a_generator_which_numba_cannot_call_from_its_cache(folder):
+    for path in sorted((Path(__file__).parents[2] / folder).glob("*.py")):
+        functions = [node for node in ast.parse(path.read_text()).body if isinstance(node, ast.FunctionDef)]
+        kernels = [function for function in functions if "kernel" in map(ast.unparse, function.decorator_list)]
+        assert kernels or path.stem in ("__init__", "compiling"), path.name
+        for function in kernels:
+            assert not any(isinstance(node, ast.Yield) for node in ast.walk(function)), f"{path.name}: {function.name}"

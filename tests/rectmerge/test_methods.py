@@ -46,21 +46,21 @@ def turned_views() -> tuple[OccupancyGrid, OccupancyGrid, Similarity]:
 COARSE = {"paper": 2.0}  # its scale is the quotient of two widths in whole cells: one cell of 50 is 2 %
 
 
-def grids_apart(found: Similarity, wanted: Similarity, grid: OccupancyGrid) -> float:
+def grids_apart(placement: Similarity, wanted: Similarity, grid: OccupancyGrid) -> float:
     """Return the largest distance in cells between where two placements put a grid's corners."""
     height, width = grid.shape
     corners = [[0, 0], [width, 0], [0, height], [width, height]]
-    return float(np.abs(found.apply(corners) - wanted.apply(corners)).max())
+    return float(np.abs(placement.apply(corners) - wanted.apply(corners)).max())
 
 
 @pytest.mark.parametrize("name", available())
 def test_a_map_aligned_with_itself_gives_identity(name):
     a, _, _ = turned_views()
 
-    found = align(a, a, method=name)
+    alignment = align(a, a, method=name)
 
-    assert found, found.reason
-    assert grids_apart(found.candidates[0].pixels, Similarity(), a) < 2
+    assert alignment, alignment.reason
+    assert grids_apart(alignment.candidates[0].pixels, Similarity(), a) < 2
 
 
 @pytest.mark.parametrize("name", available())
@@ -80,10 +80,10 @@ def test_swapped_inputs_give_the_inverse(name):
 def test_a_clean_turned_map_is_placed_within_two_cells_where_the_scale_is_exact(name):
     a, b, truth = turned_views()
 
-    found = align(a, b, method=name)
+    alignment = align(a, b, method=name)
 
-    assert found, found.reason
-    assert grids_apart(found.candidates[0].pixels, truth, b) < 2 * COARSE.get(name, 1.0)
+    assert alignment, alignment.reason
+    assert grids_apart(alignment.candidates[0].pixels, truth, b) < 2 * COARSE.get(name, 1.0)
 
 
 @pytest.mark.parametrize("name", available())
@@ -99,10 +99,10 @@ def test_the_same_seed_gives_the_same_answer(name):
 def test_an_empty_map_gives_a_reason(name):
     empty = OccupancyGrid(np.full((40, 40), -1, np.int8))
 
-    found = align(drawing.building(), empty, method=name)
+    alignment = align(drawing.building(), empty, method=name)
 
-    assert found.verdict == "rejected"
-    assert found.reason
+    assert alignment.verdict == "rejected"
+    assert alignment.reason
 
 
 @pytest.mark.parametrize("name", available())
@@ -110,9 +110,9 @@ def test_a_map_with_hardly_anything_in_it_gives_an_answer_not_an_error(name):
     occupancy = np.full((40, 40), -1, np.int8)
     occupancy[20, 20:23] = 0
 
-    found = align(OccupancyGrid(occupancy), drawing.building(), method=name)
+    alignment = align(OccupancyGrid(occupancy), drawing.building(), method=name)
 
-    assert found.reason
+    assert alignment.reason
 
 
 @pytest.mark.parametrize(("text", "value"), [("true", True), ("1", True), ("no", False), ("0", False), (False, False)])

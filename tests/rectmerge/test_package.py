@@ -32,8 +32,8 @@ def test_the_ten_lines_of_the_documentation_run(tmp_path):
     from tests import drawing
 
     a = read_map(drawing.DATA / "building_a.yaml")
-    found = align(a, a)
+    alignment = align(a, a)
 
-    assert found, found.reason
-    write_map(compose([a, a], [None, found.b_to_a]).grid, tmp_path / "merged.yaml")
+    assert alignment, alignment.reason
+    write_map(compose([a, a], [None, alignment.b_to_a]).grid, tmp_path / "merged.yaml")
     assert (read_map(tmp_path / "merged.yaml").occupancy == a.occupancy).all()

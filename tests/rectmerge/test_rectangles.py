@@ -12,24 +12,24 @@ MASKS = arrays(bool, array_shapes(min_dims=2, max_dims=2, max_side=8))
 
 @given(MASKS)
 def test_the_largest_rectangle_agrees_with_brute_force(free):
-    found = largest_rectangle(free)
+    rectangle = largest_rectangle(free)
 
-    assert (found.area if found else 0) == naive.largest_area(free)
+    assert (rectangle.area if rectangle else 0) == naive.largest_area(free)
 
 
 @given(MASKS)
 def test_ties_go_to_the_smallest_x_then_bottom_then_top(free):
-    found = largest_rectangle(free)
+    rectangle = largest_rectangle(free)
 
-    assert (found and (found.x, found.y, found.w, found.h)) == naive.find_mer(free)
+    assert (rectangle and (rectangle.x, rectangle.y, rectangle.w, rectangle.h)) == naive.find_mer(free)
 
 
 @given(MASKS)
 def test_all_maximal_rectangles_are_listed_once(free):
-    found = [tuple(box) for box in maximal_rectangles(free).tolist()]
+    rectangles = [tuple(box) for box in maximal_rectangles(free).tolist()]
 
-    assert len(found) == len(set(found))
-    assert set(found) == naive.maximal_rectangles(free)
+    assert len(rectangles) == len(set(rectangles))
+    assert set(rectangles) == naive.maximal_rectangles(free)
 
 
 @given(MASKS)

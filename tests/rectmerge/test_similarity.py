@@ -14,8 +14,8 @@ similarities = st.builds(Similarity, st.floats(0.01, 100), st.floats(-math.pi, m
 points = arrays(np.float64, st.tuples(st.integers(3, 12), st.just(2)), elements=st.floats(-100, 100, width=32))
 
 
-def assert_same(found: Similarity, wanted: Similarity) -> None:
-    np.testing.assert_allclose(found.matrix, wanted.matrix, rtol=1e-7, atol=1e-5)
+def assert_same(similarity: Similarity, wanted: Similarity) -> None:
+    np.testing.assert_allclose(similarity.matrix, wanted.matrix, rtol=1e-7, atol=1e-5)
 
 
 @settings(max_examples=50)
@@ -53,12 +53,12 @@ def test_fit_never_mirrors_even_if_the_points_are(at, upside_down):
     mirrored = at * ([1, -1] if upside_down else [-1, 1])
 
     try:
-        found = Similarity.fit(at, mirrored)
+        fitted = Similarity.fit(at, mirrored)
     except InputError:
         return  # a cloud as long as it is wide has no best rotation onto its mirror image
 
-    assert np.linalg.det(found.matrix[:, :2]) == pytest.approx(found.scale**2)
-    assert found.scale > 0
+    assert np.linalg.det(fitted.matrix[:, :2]) == pytest.approx(fitted.scale**2)
+    assert fitted.scale > 0
 
 
 @settings(max_examples=50)
@@ -67,13 +67,15 @@ def test_fit_leaves_no_better_similarity_nearby(similarity, at, seed):
     assume(np.ptp(at, axis=0).max() > 1)
     rng = np.random.default_rng(seed)
     target = similarity.apply(at) + rng.normal(0, similarity.scale, at.shape)
-    found = Similarity.fit(at, target)
+    fitted = Similarity.fit(at, target)
 
     def cost(candidate: Similarity) -> float:
         return float(((candidate.apply(at) - target) ** 2).sum())
 
-    nudged = Similarity(found.scale * rng.uniform(0.99, 1.01), found.angle + rng.normal(0, 0.01), found.tx, found.ty)
-    assert cost(found) <= cost(nudged) * (1 + 1e-9)
+    nudged = Similarity(
+        fitted.scale * rng.uniform(0.99, 1.01), fitted.angle + rng.normal(0, 0.01), fitted.tx, fitted.ty
+    )
+    assert cost(fitted) <= cost(nudged) * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("scale", [0.0, -1.0, math.nan, math.inf])

@@ -27,11 +27,11 @@ def raster_shift_cells(log: MissionLog, visit: int, resolution: float = 0.05) ->
     lies where it should is never further off.
     """
     robot, lidar = _robot(log, visit)
-    found = build_map(
+    grid = build_map(
         robot.poses, lidar.angles, lidar.limit(robot.ranges), resolution=resolution, max_range_m=lidar.max_range_m
     )
     plan = replace(log.world.at_visit(visit), glass=()).raster(resolution / FINER, height_m=lidar.height_m)
-    cells = plan.map_to_pixel(found.pixel_to_map(np.argwhere(found.occupied)[:, ::-1]))
+    cells = plan.map_to_pixel(grid.pixel_to_map(np.argwhere(grid.occupied)[:, ::-1]))
     off = (cells - _nearest(surface_of(plan), cells)) / FINER * [1, -1]  # (N, 2), y up
     off = off[np.hypot(*off.T) > 0]
     normals = off / np.hypot(*off.T)[:, None]

@@ -33,7 +33,7 @@ def through(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     return np.linalg.lstsq(np.column_stack([source, np.ones(len(source))]), target, rcond=None)[0].T
 
 
-def told(name: str, pair: MapPair) -> np.ndarray:
+def mistaken_matrix(name: str, pair: MapPair) -> np.ndarray:
     """The answer to a pair with a mistake, by where it says that points of B lie in A."""
     true = OFF @ pair.pixels
     b = np.array([[0.0, 0.0], [90.0, 10.0], [20.0, 70.0]])
@@ -71,7 +71,7 @@ class Mistaken:
     def align(
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
-        matrix = next((told(self.mistake, pair) for pair in easy_pairs() if is_of(pair, a, b)), np.eye(2, 3))
+        matrix = next((mistaken_matrix(self.mistake, pair) for pair in easy_pairs() if is_of(pair, a, b)), np.eye(2, 3))
         if self.misbehaves is not None:
             self.misbehaves()
         near = Candidate.from_pixels(Similarity(), a, b, confidence=self.confidence)
@@ -94,10 +94,10 @@ class Restless:
     def align(
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
-        found = Mistaken().align(a, b, scale=scale, rng=rng)
-        shifted = np.array(found.trace[MATRIX])
+        mistaken = Mistaken().align(a, b, scale=scale, rng=rng)
+        shifted = np.array(mistaken.trace[MATRIX])
         shifted[0, 2] += np.random.default_rng().normal(0.0, 0.01)
-        return replace(found, trace={MATRIX: shifted.tolist()})
+        return replace(mistaken, trace={MATRIX: shifted.tolist()})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -29,11 +29,13 @@ class FixedAnswers:
     def align(
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
-        found = tuple(
+        candidates = tuple(
             Candidate.from_pixels(drawing.B_IN_A, a, b, confidence=0.97, evidence={"ratio": float("inf")})
             for _ in range(self.candidates)
         )
-        return Alignment(verdict=self.verdict, reason="told so", method=self.name, candidates=found, confidence=0.97)
+        return Alignment(
+            verdict=self.verdict, reason="told so", method=self.name, candidates=candidates, confidence=0.97
+        )
 
 
 def rectmerge(*words: object) -> int:

@@ -118,6 +118,7 @@ def test_notes_are_shown_by_the_command_only():
 LOST = """
 import ctypes, signal, time, typer
 from rectmerge.cli import console
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background inherits that it is ignored
 app = typer.Typer()
 @app.command()
 def go():

@@ -12,10 +12,10 @@ pytestmark = pytest.mark.usefixtures("small_pictures")
 def test_inspect_tells_and_draws(tmp_path, capsys):
     assert rectmerge("inspect", A, "-o", tmp_path / "a.png", "--json") == 0
 
-    told = json.loads(capsys.readouterr().out)
-    assert (told["width"], told["height"], told["resolution"]) == (163, 113, 0.05)
-    assert told["rectangles"]["count"] == len(drawing.ROOMS) + len(drawing.MORE_ROOMS) + 11  # and the doors
-    assert told["rectangles"]["largest"][0] == [12, 12, 60, 38]
+    inspection = json.loads(capsys.readouterr().out)
+    assert (inspection["width"], inspection["height"], inspection["resolution"]) == (163, 113, 0.05)
+    assert inspection["rectangles"]["count"] == len(drawing.ROOMS) + len(drawing.MORE_ROOMS) + 11  # and the doors
+    assert inspection["rectangles"]["largest"][0] == [12, 12, 60, 38]
     with Image.open(tmp_path / "a.png") as drawn:
         assert drawn.size[0] > 2 * 163
 

@@ -126,17 +126,17 @@ def test_json_on_stdout_is_what_the_file_holds(tmp_path, answer, capsys):
 
     assert rectmerge("merge", A, B, "-o", tmp_path / "out", "--json") == 0
 
-    told = json.loads(capsys.readouterr().out)
-    assert told == json.loads((tmp_path / "out" / "alignment.json").read_text())
-    assert told["verdict"] == "accepted"
-    assert set(told["quality"]) == {"a", "b"}
-    assert told["candidates"][0]["evidence"] == {"ratio": None}  # what is not finite is null in JSON
+    record = json.loads(capsys.readouterr().out)
+    assert record == json.loads((tmp_path / "out" / "alignment.json").read_text())
+    assert record["verdict"] == "accepted"
+    assert set(record["quality"]) == {"a", "b"}
+    assert record["candidates"][0]["evidence"] == {"ratio": None}  # what is not finite is null in JSON
     placed = map_frame_to_pixels(
-        Similarity(told["b_to_a"]["scale"], told["b_to_a"]["angle_rad"], *told["b_to_a"]["translation"]),
+        Similarity(record["b_to_a"]["scale"], record["b_to_a"]["angle_rad"], *record["b_to_a"]["translation"]),
         read_map(A),
         read_map(B),
     )
-    np.testing.assert_allclose(placed.matrix, told["pixels"], atol=1e-6)
+    np.testing.assert_allclose(placed.matrix, record["pixels"], atol=1e-6)
 
 
 def test_the_levels_guessed_for_a_plain_image_are_named_on_stderr(tmp_path, answer, capsys):
@@ -202,9 +202,9 @@ def test_a_yes_of_any_method_is_certified_when_asked_and_the_verdict_stays(tmp_p
     assert rectmerge("merge", A, B, "-o", tmp_path / "out", *words) == 0
 
     assert "  certified   " in capsys.readouterr().out
-    told = json.loads((tmp_path / "out" / "alignment.json").read_text())
-    assert told["verdict"] == "accepted"
-    assert {"certified", "margin", "score", "best_elsewhere", "seconds", "boxes"} <= set(told["certificate"])
+    record = json.loads((tmp_path / "out" / "alignment.json").read_text())
+    assert record["verdict"] == "accepted"
+    assert {"certified", "margin", "score", "best_elsewhere", "seconds", "boxes"} <= set(record["certificate"])
 
 
 def test_another_answer_has_nothing_to_certify(tmp_path, answer, capsys):

@@ -19,11 +19,11 @@ def run(*words):
 
 
 @pytest.fixture(scope="module")
-def found():
+def alignment():
     return rm.align(rm.read_map(A), rm.read_map(B))
 
 
-def told(folder):
+def record(folder):
     return json.loads((folder / "alignment.json").read_text())
 
 
@@ -32,25 +32,27 @@ def as_text(pixels):
     return f"{a},{b},{tx},{ty}"
 
 
-def test_a_placement_by_hand_is_merged_exactly_and_the_reason_says_what_the_walls_say(tmp_path, found):
-    pixels = rm.Similarity(found.pixels.scale, found.pixels.angle, found.pixels.tx + 1.25, found.pixels.ty)
+def test_a_placement_by_hand_is_merged_exactly_and_the_reason_says_what_the_walls_say(tmp_path, alignment):
+    pixels = rm.Similarity(
+        alignment.pixels.scale, alignment.pixels.angle, alignment.pixels.tx + 1.25, alignment.pixels.ty
+    )
 
     status = run("merge", A, B, "-o", tmp_path, f"--pixels={as_text(pixels)}")
 
     assert status == console.YES
-    assert np.allclose(told(tmp_path)["pixels"], pixels.matrix)
-    assert told(tmp_path)["reason"].startswith("placed by hand; the walls say: accepted, ")
+    assert np.allclose(record(tmp_path)["pixels"], pixels.matrix)
+    assert record(tmp_path)["reason"].startswith("placed by hand; the walls say: accepted, ")
     assert (tmp_path / "merged.yaml").exists()
 
 
 def test_a_wrong_placement_by_hand_is_merged_as_well_but_not_praised(tmp_path):
     assert run("merge", A, B, "-o", tmp_path, "--pixels", "1,0,-20,5") == console.YES
 
-    assert "the walls say: rejected" in told(tmp_path)["reason"]
-    assert told(tmp_path)["confidence"] < 0.1
+    assert "the walls say: rejected" in record(tmp_path)["reason"]
+    assert record(tmp_path)["confidence"] < 0.1
 
 
-def test_an_earlier_answer_places_maps_that_have_grown(tmp_path, found):
+def test_an_earlier_answer_places_maps_that_have_grown(tmp_path, alignment):
     run("merge", A, B, "-o", tmp_path / "first")
     grid = rm.read_map(B)
     grown = np.pad(grid.occupancy, ((7, 0), (0, 5)), constant_values=-1)  # rows above and columns to the right
@@ -58,9 +60,9 @@ def test_an_earlier_answer_places_maps_that_have_grown(tmp_path, found):
 
     run("merge", A, tmp_path / "grown.yaml", "-o", tmp_path / "second", "--from", tmp_path / "first")
 
-    b_to_a = told(tmp_path / "second")["b_to_a"]
-    assert b_to_a["translation"] == pytest.approx([found.b_to_a.tx, found.b_to_a.ty], abs=1e-6)
-    assert told(tmp_path / "second")["reason"].startswith("placed as an earlier merge did; the walls say: accepted, ")
+    b_to_a = record(tmp_path / "second")["b_to_a"]
+    assert b_to_a["translation"] == pytest.approx([alignment.b_to_a.tx, alignment.b_to_a.ty], abs=1e-6)
+    assert record(tmp_path / "second")["reason"].startswith("placed as an earlier merge did; the walls say: accepted, ")
 
 
 def test_a_candidate_is_chosen_of_an_earlier_answer_that_said_no(tmp_path, capsys):
@@ -70,21 +72,21 @@ def test_a_candidate_is_chosen_of_an_earlier_answer_that_said_no(tmp_path, capsy
 
     assert run("merge", A, B, "-o", tmp_path / "out", "--from", tmp_path / "no", "--candidate", 2) == console.YES
 
-    wanted = told(tmp_path / "no")["candidates"][1]["pixels"]
-    assert np.allclose(told(tmp_path / "out")["pixels"], wanted)
-    assert told(tmp_path / "out")["reason"].startswith("placed as candidate 2 of an earlier merge; the walls say: ")
+    wanted = record(tmp_path / "no")["candidates"][1]["pixels"]
+    assert np.allclose(record(tmp_path / "out")["pixels"], wanted)
+    assert record(tmp_path / "out")["reason"].startswith("placed as candidate 2 of an earlier merge; the walls say: ")
 
 
 def test_a_candidate_is_chosen_of_the_same_search(tmp_path):
     assert run("merge", A, B, "-o", tmp_path, "--candidate", 2) == console.YES
 
-    answer = told(tmp_path)
+    answer = record(tmp_path)
     assert answer["reason"].startswith("candidate 2, chosen by hand; unaided the verdict is: accepted")
     assert answer["confidence"] == answer["candidates"][0]["confidence"] < 0.5
 
 
-def test_a_guess_is_taken_in_the_frame_of_a(tmp_path, found):
-    at = found.b_to_a
+def test_a_guess_is_taken_in_the_frame_of_a(tmp_path, alignment):
+    at = alignment.b_to_a
 
     assert run("merge", A, B, "-o", tmp_path, f"--guess={at.tx + 0.3},{at.ty},{at.angle}") == console.YES
 
@@ -94,15 +96,15 @@ def test_resolutions_may_be_told(tmp_path, capsys):
 
     assert run("merge", *images, "-o", tmp_path, "--resolution-a", 0.05, "--resolution-b", 0.06) == console.YES
 
-    answer = told(tmp_path)
+    answer = record(tmp_path)
     assert answer["scale"]["expected"] == pytest.approx(1.2)
     assert answer["b_to_a"]["unit"] == "m"
     assert answer["inputs"]["b"]["resolution"] == 0.06
     assert "resolution 0.05 m as given" in capsys.readouterr().err
 
 
-def test_a_check_says_what_merge_says_and_how_to_go_on(capsys, found):
-    status = run("check", A, B, "--pixels", as_text(found.pixels))
+def test_a_check_says_what_merge_says_and_how_to_go_on(capsys, alignment):
+    status = run("check", A, B, "--pixels", as_text(alignment.pixels))
 
     out = capsys.readouterr().out
     assert status == console.YES
@@ -119,7 +121,7 @@ def test_a_check_of_a_wrong_placement_ends_with_status_1_and_writes_json(capsys)
     assert answer["moved_cells"] >= 0
 
 
-def test_a_check_that_finds_nothing_near_calls_nothing_exact_and_says_what_is_better(capsys, found):
+def test_a_check_that_finds_nothing_near_calls_nothing_exact_and_says_what_is_better(capsys, alignment):
     assert run("check", A, B, "--pixels", "1,0,-20,5") == console.NO
 
     out = capsys.readouterr().out
@@ -127,7 +129,7 @@ def test_a_check_that_finds_nothing_near_calls_nothing_exact_and_says_what_is_be
     assert "to merge" not in out
     assert "not exact   nothing fits near there" in out
     (better,) = [line for line in out.splitlines() if line.startswith("  better")]
-    assert np.allclose(parse_pixels(better.partition("--pixels=")[2]).matrix, found.pixels.matrix, atol=0.5)
+    assert np.allclose(parse_pixels(better.partition("--pixels=")[2]).matrix, alignment.pixels.matrix, atol=0.5)
 
 
 def test_a_check_of_a_rough_placement_that_fits_says_that_it_was_moved(capsys):
@@ -153,8 +155,11 @@ BAD = {
     ),
     "no candidate": (["--candidate", "99"], "there is no candidate 99"),
     "no answer": (["--from", "nowhere"], "nowhere"),
-    "no resolution": (["--resolution-a", "-1"], "-1.0 is no positive number of metres per cell: --resolution-a"),
-    "no resolution of B": (["--resolution-b", "nan"], "nan is no positive number of metres per cell: --resolution-b"),
+    "no resolution": (["--resolution-a", "-1"], "--resolution-a: -1.0 is not a positive number of metres per cell"),
+    "no resolution of B": (
+        ["--resolution-b", "nan"],
+        "--resolution-b: nan is not a positive number of metres per cell",
+    ),
     "three maps": (
         ["c.yaml"],
         "two at a time: merge the first two, then their merged.yaml with the next",

@@ -29,7 +29,7 @@ def merged(tmp_path_factory):
     return out
 
 
-def told(text):
+def decimals(text):
     return [float(word) for word in re.findall(r"-?\d+\.\d+", text)]
 
 
@@ -38,11 +38,11 @@ def write_units(merged, tmp_path_factory):
     """Write the answer of a merge anew, with the units of both maps."""
 
     def write(unit_a, unit_b):
-        told = json.loads((merged / "alignment.json").read_text())
-        for one in told["candidates"]:
-            one["b_to_a"]["unit"], one["shared"]["unit"] = unit_a, unit_b
+        record = json.loads((merged / "alignment.json").read_text())
+        for candidate in record["candidates"]:
+            candidate["b_to_a"]["unit"], candidate["shared"]["unit"] = unit_a, unit_b
         folder = tmp_path_factory.mktemp("units")
-        (folder / "alignment.json").write_text(json.dumps(told))
+        (folder / "alignment.json").write_text(json.dumps(record))
         return folder
 
     return write
@@ -92,16 +92,16 @@ def test_a_merge_becomes_a_line_for_tf(merged, monkeypatch, capsys):
     assert rectmerge(monkeypatch, "transform", merged, "--as", "ros2", "--parent", "world") == 0
 
     shown = capsys.readouterr()
-    found = json.loads((merged / "alignment.json").read_text())
+    record = json.loads((merged / "alignment.json").read_text())
     assert "--frame-id world --child-frame-id map_b" in shown.out
-    assert told(shown.out)[2] == pytest.approx(math.remainder(found["b_to_a"]["angle_rad"], math.tau), abs=1e-6)
+    assert decimals(shown.out)[2] == pytest.approx(math.remainder(record["b_to_a"]["angle_rad"], math.tau), abs=1e-6)
     assert "off by" not in shown.err  # the resolutions were right: nothing to tell
 
 
 def test_a_scale_that_tf_cannot_carry_is_told_with_what_it_costs(merged, tmp_path, monkeypatch, capsys):
-    found = json.loads((merged / "alignment.json").read_text())
-    found["candidates"][0]["b_to_a"]["scale"] *= 1.02
-    (tmp_path / "alignment.json").write_text(json.dumps(found))
+    record = json.loads((merged / "alignment.json").read_text())
+    record["candidates"][0]["b_to_a"]["scale"] *= 1.02
+    (tmp_path / "alignment.json").write_text(json.dumps(record))
 
     assert rectmerge(monkeypatch, "transform", tmp_path, "--as", "pose") == 0
     assert re.search(r"scale of 1\.02\d+, .* off by 0\.0\d\d m RMS", capsys.readouterr().err)
@@ -147,9 +147,9 @@ def test_points_are_carried_to_a_file(merged, monkeypatch, tmp_path):
         rectmerge(monkeypatch, "transform", merged, "--points", tmp_path / "way.csv", "-o", tmp_path / "on_a.csv") == 0
     )
 
-    found = json.loads((merged / "alignment.json").read_text())["b_to_a"]
-    placed = Similarity(found["scale"], found["angle_rad"], *found["translation"])
-    assert told((tmp_path / "on_a.csv").read_text()) == pytest.approx(placed.apply([0.5, 0.5]), abs=1e-6)
+    record = json.loads((merged / "alignment.json").read_text())["b_to_a"]
+    placed = Similarity(record["scale"], record["angle_rad"], *record["translation"])
+    assert decimals((tmp_path / "on_a.csv").read_text()) == pytest.approx(placed.apply([0.5, 0.5]), abs=1e-6)
 
 
 def test_a_spreadsheets_mark_is_no_part_of_the_first_heading(merged, monkeypatch, tmp_path, capsys):
@@ -204,10 +204,10 @@ def test_points_are_not_written_over_what_is_read_or_was_merged(
     ],
 )
 def test_frames_are_as_named_else_as_bags_say(merged, tmp_path, monkeypatch, capsys, frames, words, parent, child):
-    found = json.loads((merged / "alignment.json").read_text())
+    record = json.loads((merged / "alignment.json").read_text())
     for name, frame in zip("ab", frames, strict=True):
-        found["inputs"][name]["frame"] = frame
-    (tmp_path / "alignment.json").write_text(json.dumps(found))
+        record["inputs"][name]["frame"] = frame
+    (tmp_path / "alignment.json").write_text(json.dumps(record))
 
     assert rectmerge(monkeypatch, "transform", tmp_path, "--as", "ros1", *words) == 0
     assert capsys.readouterr().out.endswith(f" {parent} {child}\n")
@@ -261,9 +261,9 @@ def test_a_folder_without_an_answer_is_named(tmp_path, monkeypatch, capsys, cont
 
 
 def test_a_no_is_told_with_its_reason_and_a_candidate_can_be_taken(tmp_path, merged, monkeypatch, capsys):
-    found = json.loads((merged / "alignment.json").read_text()) | {"verdict": "rejected", "reason": "no wall"}
-    count = len(found["candidates"])
-    (tmp_path / "alignment.json").write_text(json.dumps(found))
+    record = json.loads((merged / "alignment.json").read_text()) | {"verdict": "rejected", "reason": "no wall"}
+    count = len(record["candidates"])
+    (tmp_path / "alignment.json").write_text(json.dumps(record))
 
     assert rectmerge(monkeypatch, "transform", tmp_path) == 1
     shown = capsys.readouterr()

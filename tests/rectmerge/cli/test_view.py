@@ -92,8 +92,8 @@ def test_maps_of_another_size_are_told(write_answer, tmp_path, capsys):
 )
 def test_an_answer_of_garbage_is_one_line(write_answer, tmp_path, capsys, change):
     folder = write_answer(tmp_path)
-    told = json.loads((folder / "alignment.json").read_text())
-    (folder / "alignment.json").write_text(json.dumps(told | change))
+    record = json.loads((folder / "alignment.json").read_text())
+    (folder / "alignment.json").write_text(json.dumps(record | change))
 
     assert rectmerge("view", folder) == 2
 
@@ -104,9 +104,9 @@ def test_an_answer_of_garbage_is_one_line(write_answer, tmp_path, capsys, change
 
 def test_a_mirrored_placement_is_refused(write_answer, tmp_path, capsys):
     folder = write_answer(tmp_path)
-    told = json.loads((folder / "alignment.json").read_text())
-    told["candidates"][0]["pixels"] = [[1, 0, 0], [0, -1, 0]]
-    (folder / "alignment.json").write_text(json.dumps(told))
+    record = json.loads((folder / "alignment.json").read_text())
+    record["candidates"][0]["pixels"] = [[1, 0, 0], [0, -1, 0]]
+    (folder / "alignment.json").write_text(json.dumps(record))
 
     assert rectmerge("view", folder) == 2
     assert "not a rotation" in capsys.readouterr().err

@@ -24,8 +24,8 @@ NAV2_TESTS = {  # nav2_map_server/test/unit/test_map_io.cpp: grey -> cell
 }
 
 
-def legend_of(told):
-    return Legend(**{key: told[key] for key in ("mode", "negate", "free_thresh", "occupied_thresh")})
+def legend_of(golden):
+    return Legend(**{key: golden[key] for key in ("mode", "negate", "free_thresh", "occupied_thresh")})
 
 
 def opaque(grey, alpha=None):
@@ -33,13 +33,13 @@ def opaque(grey, alpha=None):
     return Pixels(luma.astype(np.uint16), 255, luma, None if alpha is None else np.array(alpha, np.uint8))
 
 
-@pytest.mark.parametrize("told", GOLDEN, ids=lambda t: f"{t['dialect']}-{t['mode']}-{t['negate']}-{t['free_thresh']}")
-def test_every_grey_means_what_the_program_makes_of_it(told):
+@pytest.mark.parametrize("golden", GOLDEN, ids=lambda t: f"{t['dialect']}-{t['mode']}-{t['negate']}-{t['free_thresh']}")
+def test_every_grey_means_what_the_program_makes_of_it(golden):
     wanted = np.empty(256, int)
-    for first, value in told["runs"]:
+    for first, value in golden["runs"]:
         wanted[first:] = value
 
-    assert occupancy_table(legend_of(told), told["dialect"]).tolist() == wanted.tolist()
+    assert occupancy_table(legend_of(golden), golden["dialect"]).tolist() == wanted.tolist()
 
 
 @pytest.mark.parametrize(("mode", "negate"), NAV2_TESTS)

@@ -93,6 +93,16 @@ def test_a_small_free_space_on_a_large_canvas_is_found():
     assert infer_levels(image) == Levels(254, 0, 205)
 
 
+@pytest.mark.parametrize("known", [(254, 0, 205), (254, 205)], ids=["with walls", "without"])
+@pytest.mark.parametrize("unknown_share", [0.01, 0.3, 0.98])
+def test_the_greys_of_map_savers_are_never_read_otherwise(known, unknown_share):
+    image = np.full((100, 100), 254, np.uint8)
+    image[: round(100 * unknown_share)] = 205  # also as a border of unknown, or of free, alone
+    image[50, 10:90] = min(known)
+
+    assert infer_levels(image) == Levels(254, 0 if 0 in known else None, 205)
+
+
 @given(st.permutations(["free", "occupied", "unknown"]), st.integers(0, 3))
 def test_named_levels_are_kept_and_the_others_guessed(names, how_many):
     truth = {"free": 254, "occupied": 0, "unknown": 205}

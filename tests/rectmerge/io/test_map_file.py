@@ -1,4 +1,5 @@
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -91,13 +92,80 @@ def test_what_is_said_to_mend_the_trap_mends_it(tmp_path, caplog, keys, remedy):
     assert not caplog.text
 
 
-@pytest.mark.parametrize("name", ["/home/robot/maps/map.pgm", "maps/map.pgm", r"C:\maps\map.pgm"])
-def test_an_image_that_was_moved_beside_its_yaml_is_named_and_not_read(tmp_path, name):
+@pytest.mark.parametrize("name", ["/home/robot/maps/map.pgm", r"C:\maps\map.pgm"])
+def test_an_image_named_by_a_path_of_another_machine_is_read_beside_its_yaml_with_a_note(tmp_path, caplog, name):
+    caplog.set_level("INFO", logger="rectmerge")
     path = write(tmp_path, name=name, image=None)
     (tmp_path / "map.pgm").write_bytes(GOOD_PGM)
 
-    with pytest.raises(MapFileError, match=r"no such file.*; map\.pgm is in the YAML's folder.* write image: map\.pgm"):
+    assert read_map(path).occupancy.tolist() == GOOD_CELLS
+    assert map_files(path) == (path, tmp_path / "map.pgm")
+    assert caplog.messages == [f"{path}: {name} is not there; map.pgm beside it is read"]
+
+
+@pytest.mark.parametrize(
+    ("name", "beside", "hint"),
+    [
+        ("maps/map.pgm", "map.pgm", "map.pgm is in the YAML's folder: if it is the map's, write image: map.pgm"),
+        ("old.pgm", "map.png", "map.png has the YAML's name: if it is the map's, write image: map.png"),
+    ],
+)
+def test_a_file_that_may_be_the_missing_image_is_named_and_not_read(tmp_path, name, beside, hint):
+    path = write(tmp_path, name=name, image=None)
+    (tmp_path / beside).write_bytes(GOOD_PGM)
+
+    with pytest.raises(MapFileError, match=f"no such file.*; {re.escape(hint)}"):
         read_map(path)
+
+
+def test_tabs_between_words_are_read_as_map_servers_do(tmp_path):
+    path = write(tmp_path)
+    text = path.read_text().replace("resolution: 0.05", "resolution:\t0.05 \t# metres").replace("\n", "\t\n")
+    path.write_text(text)
+
+    assert "\t" in text
+    assert read_map(path).occupancy.tolist() == GOOD_CELLS
+
+
+@pytest.mark.parametrize(
+    ("dialect", "keys", "row"),  # of the greys 254, 128 and 0, occupied to 0.004, 0.498 and 1
+    [
+        ("nav2", {"free_thresh": 0.5, "occupied_thresh": 0.5}, [0, 0, 100]),
+        ("nav2", {"free_thresh": 0.65, "occupied_thresh": 0.2}, [0, 0, 100]),  # both: free
+        ("nav2-2024", {"free_thresh": 0.65, "occupied_thresh": 0.2}, [0, 100, 100]),  # both: occupied
+        ("ros1", {"free_thresh": 0.65, "occupied_thresh": 0.2}, [0, 100, 100]),
+        ("ros1", {"free_thresh": 0.65, "occupied_thresh": 0.2, "mode": "scale"}, [0, 100, 100]),
+        ("nav2", {"free_thresh": 0.65, "occupied_thresh": 0.2, "mode": "scale"}, [0, 0, 100]),
+    ],
+)
+def test_equal_and_reversed_thresholds_are_read_as_map_servers_do_with_a_note(tmp_path, caplog, dialect, keys, row):
+    path = write(tmp_path, image=b"P5 3 2 255\n" + bytes([254, 128, 0] * 2), **keys)
+
+    assert read_map(path, dialect=dialect).occupancy.tolist() == [row, row]
+    assert "is not below occupied_thresh" in caplog.text
+
+
+def test_the_trap_is_found_where_an_editor_left_stray_pixels_beside_205(tmp_path, caplog):
+    pixels = np.full((100, 100), 205, np.uint8)
+    pixels[40:60, 40:60] = 254
+    pixels[0, :50], pixels[1, :34], pixels[40, 40:60] = 204, 206, 0
+    save(tmp_path, pixels)
+
+    grid = read_map(write(tmp_path, image=None, name="map.png", free_thresh=0.25))
+
+    assert grid.free.sum() == 380 + 84  # strokes keep their own greys
+    assert "it is kept unknown" in caplog.text
+
+
+def test_a_map_that_reads_nearly_all_free_is_named_with_the_grey_that_may_be_unknown(tmp_path, caplog):
+    pixels = np.full((100, 100), 210, np.uint8)
+    pixels[40:60, 40:60] = 254
+    pixels[40, 40:60] = 0
+    save(tmp_path, pixels)
+
+    read_map(write(tmp_path, image=None, name="map.png"))
+
+    assert "100 % of it reads free, most of it grey 210: if that is unknown space, lower free_thresh" in caplog.text
 
 
 def test_the_file_is_obeyed_where_that_is_asked_for(tmp_path, caplog):
@@ -223,11 +291,12 @@ def test_the_committed_map_reads_alike_from_yaml_and_from_its_image():
 
 
 @pytest.mark.real
-def test_every_real_map_reads_alike_from_yaml_and_from_its_image():
+@pytest.mark.parametrize("folder", ["real_lasers", "real_places"])
+def test_every_real_map_reads_alike_from_yaml_and_from_its_image(folder):
     root = os.environ.get("RECTMERGE_REAL_MAPS")
     if not root:
         pytest.skip("RECTMERGE_REAL_MAPS does not name the folder of the real maps")
-    files = sorted(Path(root, "real_lasers/test/maps").glob("*.yaml"))
+    files = sorted(Path(root, folder, "test/maps").glob("*.yaml"))
 
     assert files
     for file in files:

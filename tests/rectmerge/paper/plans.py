@@ -80,7 +80,7 @@ def damaged(grid: OccupancyGrid, rng: np.random.Generator, *, salt: float = 0.01
     return OccupancyGrid(cells)
 
 
-def placement_error(found: Similarity, truth: Similarity, shape: tuple[int, int]) -> float:
+def placement_error(placement: Similarity, truth: Similarity, shape: tuple[int, int]) -> float:
     """RMSE of a placement over the corners of the image that it moves, in target pixels."""
     corners = np.array([[0, 0], [shape[1] - 1, 0], [0, shape[0] - 1], [shape[1] - 1, shape[0] - 1]], float)
-    return float(np.sqrt(((found.apply(corners) - truth.apply(corners)) ** 2).sum(axis=1).mean()))
+    return float(np.sqrt(((placement.apply(corners) - truth.apply(corners)) ** 2).sum(axis=1).mean()))

@@ -20,7 +20,7 @@ def test_a_long_series_of_neighbours_does_not_widen_the_picture(inspected):
 
 
 @pytest.mark.parametrize(
-    ("side", "resolution", "told"),
+    ("side", "resolution", "area"),
     [
         (200, None, "40,000 cells"),
         (200, 0.05, "100 square metres"),
@@ -28,7 +28,7 @@ def test_a_long_series_of_neighbours_does_not_widen_the_picture(inspected):
         (200, 1.5, "90,000 square metres"),
     ],
 )
-def test_free_space_is_told_without_powers_of_ten(side, resolution, told):
+def test_free_space_is_told_without_powers_of_ten(side, resolution, area):
     free = OccupancyGrid(np.zeros((side, side), np.int8), resolution)
 
-    assert f"  free space   {told}\n" in str(inspect_map(free))
+    assert f"  free space   {area}\n" in str(inspect_map(free))

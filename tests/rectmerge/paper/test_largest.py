@@ -8,15 +8,15 @@ from tests import naive
 
 @given(arrays(bool, array_shapes(min_dims=2, max_dims=2, max_side=7)))
 def test_find_mer_agrees_with_brute_force(free):
-    found = find_mer(free)
+    rectangle = find_mer(free)
 
-    assert naive.largest_area(free) == (found.area if found else 0)
+    assert naive.largest_area(free) == (rectangle.area if rectangle else 0)
 
 
 def test_find_mer_of_a_room_is_the_room():
     free = np.zeros((20, 30), bool)
     free[3:14, 5:27] = True
-    found = find_mer(free)
+    rectangle = find_mer(free)
 
-    assert found is not None
-    assert (found.x, found.y, found.w, found.h) == (5, 3, 22, 11)
+    assert rectangle is not None
+    assert (rectangle.x, rectangle.y, rectangle.w, rectangle.h) == (5, 3, 22, 11)

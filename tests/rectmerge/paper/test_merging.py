@@ -32,28 +32,28 @@ def made_pair(degrees_a: float, degrees_b: float, ratio: float = 1.0):
 @pytest.mark.parametrize("degrees", [27, 33, 0])
 def test_a_map_merged_with_itself_gives_identity(degrees):
     a, _ = plans.moved(PLAN, degrees)
-    found = place(a, a)
+    alignment = place(a, a)
 
-    assert found, found.reason
-    assert plans.placement_error(found.pixels, Similarity(), a.shape) < 0.01
+    assert alignment, alignment.reason
+    assert plans.placement_error(alignment.pixels, Similarity(), a.shape) < 0.01
 
 
 @pytest.mark.parametrize(("degrees_a", "degrees_b"), [(27, 225), (27, 207), (0, 180), (207, 27)])
 def test_a_made_turn_is_recovered(degrees_a, degrees_b):
     a, b, truth = made_pair(degrees_a, degrees_b)
-    found = place(a, b)
+    alignment = place(a, b)
 
-    assert found, found.reason
-    assert plans.placement_error(found.pixels, truth, b.shape) < 1.5
+    assert alignment, alignment.reason
+    assert plans.placement_error(alignment.pixels, truth, b.shape) < 1.5
 
 
 def test_a_made_scale_is_recovered():
     a, b, truth = made_pair(27, 225, 1.1429)  # the paper's simple example
-    found = place(a, b)
+    alignment = place(a, b)
 
-    assert found, found.reason
-    assert found.pixels.scale == pytest.approx(truth.scale, rel=0.01)
-    assert plans.placement_error(found.pixels, truth, b.shape) < 0.01 * math.hypot(*a.shape)
+    assert alignment, alignment.reason
+    assert alignment.pixels.scale == pytest.approx(truth.scale, rel=0.01)
+    assert plans.placement_error(alignment.pixels, truth, b.shape) < 0.01 * math.hypot(*a.shape)
 
 
 def test_swapped_inputs_give_the_inverse():
@@ -131,65 +131,65 @@ NOTHING = OccupancyGrid(np.full((30, 40), -1, np.int8))
 @pytest.mark.parametrize(("bad", "why"), [(ONE_ROOM, "three rectangles"), (NOTHING, "three rectangles")])
 @pytest.mark.parametrize("name", ["A", "B"])
 def test_a_map_with_too_few_rectangles_is_named(bad, why, name):
-    found = place(*((bad, PLAN) if name == "A" else (PLAN, bad)))
+    alignment = place(*((bad, PLAN) if name == "A" else (PLAN, bad)))
 
-    assert found.verdict == "rejected"
-    assert f"map {name}" in found.reason
-    assert why in found.reason
-    assert found.trace == {"iterations": [], "ended": False}
+    assert alignment.verdict == "rejected"
+    assert f"map {name}" in alignment.reason
+    assert why in alignment.reason
+    assert alignment.trace == {"iterations": [], "ended": False}
 
 
 def test_a_map_without_parallel_edges_is_named():
-    found = place(PLAN, OccupancyGrid(np.where(plans.stairs(), 0, 100).astype(np.int8)))
+    alignment = place(PLAN, OccupancyGrid(np.where(plans.stairs(), 0, 100).astype(np.int8)))
 
-    assert found.verdict == "rejected"
-    assert "map B has no pair of parallel edges" in found.reason
+    assert alignment.verdict == "rejected"
+    assert "map B has no pair of parallel edges" in alignment.reason
 
 
 def test_maps_without_a_common_triangle_are_refused():
     huge, _ = plans.moved(PLAN, 0, 4.0)
-    found = place(PLAN, huge, min_area_cells=3000)
+    alignment = place(PLAN, huge, min_area_cells=3000)
 
-    assert found.verdict == "rejected"
-    assert "no three rectangles" in found.reason
+    assert alignment.verdict == "rejected"
+    assert "no three rectangles" in alignment.reason
 
 
 def test_a_scale_outside_its_bounds_is_refused_and_told():
     a, b, _ = made_pair(0, 180)
-    found = place(a, b, scale=(1.2, 1.4))
+    alignment = place(a, b, scale=(1.2, 1.4))
 
-    assert found.verdict == "rejected"
-    assert "outside 1.2 to 1.4" in found.reason
-    assert found.candidates[0].pixels.scale == pytest.approx(1, abs=0.01)
-    assert found.trace["ended"] is True
+    assert alignment.verdict == "rejected"
+    assert "outside 1.2 to 1.4" in alignment.reason
+    assert alignment.candidates[0].pixels.scale == pytest.approx(1, abs=0.01)
+    assert alignment.trace["ended"] is True
 
 
 def test_the_loop_may_start_far_below_the_bounds_of_the_scale():
     a, b, _ = made_pair(0, 180, 1.1875)
-    found = place(a, b, scale=(2.5, 2.7))  # the loop starts at 1, below half of 2.5, and ends at 1.19
+    alignment = place(a, b, scale=(2.5, 2.7))  # the loop starts at 1, below half of 2.5, and ends at 1.19
 
-    assert found.trace["ended"] is True
-    assert "outside 2.5 to 2.7" in found.reason
+    assert alignment.trace["ended"] is True
+    assert "outside 2.5 to 2.7" in alignment.reason
 
 
 @pytest.mark.parametrize(("degrees", "name"), [(27, "A"), (0, "B")])
 def test_a_map_that_would_grow_too_large_is_refused_before_it_is_resampled(monkeypatch, degrees, name):
     a, b, _ = made_pair(degrees, 180, 1.1875)
     monkeypatch.setattr(placed_image, "MOST_CELLS", 50_000)  # neither A turned nor B rescaled has room
-    found = place(a, b)
+    alignment = place(a, b)
 
-    assert found.verdict == "rejected"
-    assert f"map {name} is too large" in found.reason
+    assert alignment.verdict == "rejected"
+    assert f"map {name} is too large" in alignment.reason
 
 
 def test_a_loop_that_does_not_end_is_refused_with_its_ratios():
     a, b, _ = made_pair(27, 225, 1.1875)
-    found = place(a, b, max_iterations=1)
+    alignment = place(a, b, max_iterations=1)
 
-    assert found.verdict == "rejected"
-    assert "does not end, stopped after 1 iteration:" in found.reason
-    assert found.trace["ended"] is False
-    assert f"{found.trace['iterations'][-1]['ratio']:.4f}" in found.reason
+    assert alignment.verdict == "rejected"
+    assert "does not end, stopped after 1 iteration:" in alignment.reason
+    assert alignment.trace["ended"] is False
+    assert f"{alignment.trace['iterations'][-1]['ratio']:.4f}" in alignment.reason
 
 
 @pytest.mark.parametrize("quarters", range(4))

@@ -42,27 +42,27 @@ def test_inliers_agree_with_counting_line_by_line(seed, count, tolerance):
 
 @pytest.mark.parametrize("degrees", [-40, -27, -12, 7, 18, 27, 33, 42])
 def test_a_turned_room_is_laid_along_the_axes(degrees):
-    found = orthogonal_orientation(rmap(turned_room(degrees)))
+    orientation = orthogonal_orientation(rmap(turned_room(degrees)))
 
-    assert found is not None
-    assert residual_deg(found.turn, degrees) < 2
+    assert orientation is not None
+    assert residual_deg(orientation.turn, degrees) < 2
 
 
 @pytest.mark.parametrize("degrees", [27, 117, 207, 297, 225])
 def test_a_turned_plan_is_laid_along_the_axes_to_half_a_degree(degrees):
     grid, _ = plans.moved(plans.floor_plan(), degrees)
-    found = orthogonal_orientation(rmap(grid.free))
+    orientation = orthogonal_orientation(rmap(grid.free))
 
-    assert found is not None
-    assert residual_deg(found.turn, degrees) < 0.5
+    assert orientation is not None
+    assert residual_deg(orientation.turn, degrees) < 0.5
 
 
 def test_the_turn_by_45_degrees_is_negative_as_in_the_paper():
     grid, _ = plans.moved(plans.floor_plan(), 225)
-    found = orthogonal_orientation(rmap(grid.free))
+    orientation = orthogonal_orientation(rmap(grid.free))
 
-    assert found is not None
-    assert math.degrees(found.turn) == pytest.approx(-45, abs=0.5)
+    assert orientation is not None
+    assert math.degrees(orientation.turn) == pytest.approx(-45, abs=0.5)
 
 
 @given(st.floats(-10, 10))
@@ -74,50 +74,52 @@ def test_the_smallest_turn_brings_an_angle_to_an_axis(angle):
 
 
 def test_a_series_steps_to_the_largest_neighbour_and_visits_nothing_twice():
-    found = rmap(turned_room(27))
+    rectangles = rmap(turned_room(27))
 
-    for side, series in largest_neighbours(found, 1).items():
+    for side, series in largest_neighbours(rectangles, 1).items():
         assert series
         assert len({1, *series}) == 1 + len(series)
         for here, there in zip([1, *series], series, strict=False):
-            fresh = [n for n in found.connections(here, side).tolist() if n not in {1, *series[: series.index(there)]}]
+            fresh = [
+                n for n in rectangles.connections(here, side).tolist() if n not in {1, *series[: series.index(there)]}
+            ]
             assert there == min(fresh)
 
 
 def test_the_shortest_series_cuts_the_others_unless_a_depth_is_given():
-    found = rmap(turned_room(27))
-    series = largest_neighbours(found, 1)
+    rectangles = rmap(turned_room(27))
+    series = largest_neighbours(rectangles, 1)
     shortest = min(map(len, series.values()))
 
-    assert edge_rectangles(found, 1) == edge_rectangles(found, 1, path_depth=shortest)
-    assert len(edge_rectangles(found, 1, path_depth=1)["NW"]) < len(edge_rectangles(found, 1)["NW"])
+    assert edge_rectangles(rectangles, 1) == edge_rectangles(rectangles, 1, path_depth=shortest)
+    assert len(edge_rectangles(rectangles, 1, path_depth=1)["NW"]) < len(edge_rectangles(rectangles, 1)["NW"])
 
 
 def test_an_edge_holds_its_two_series_and_their_outward_neighbours():
-    found = rmap(turned_room(27))
-    series = largest_neighbours(found, 1)
+    rectangles = rmap(turned_room(27))
+    series = largest_neighbours(rectangles, 1)
     depth = min(map(len, series.values()))
 
     wanted = {1, *series["up"][:depth], *series["left"][:depth]}
-    wanted |= {int(n) for member in series["up"][:depth] for n in found.connections(member, "left")}
-    wanted |= {int(n) for member in series["left"][:depth] for n in found.connections(member, "up")}
+    wanted |= {int(n) for member in series["up"][:depth] for n in rectangles.connections(member, "left")}
+    wanted |= {int(n) for member in series["left"][:depth] for n in rectangles.connections(member, "up")}
 
-    assert edge_rectangles(found, 1)["NW"] == sorted(wanted)
+    assert edge_rectangles(rectangles, 1)["NW"] == sorted(wanted)
 
 
 def test_vertices_lie_on_the_side_their_edge_names():
-    found = rmap(np.ones((4, 6), bool))
+    rectangles = rmap(np.ones((4, 6), bool))
 
-    corners = {edge: edge_points(found, [1], edge).tolist() for edge in EDGES}
+    corners = {edge: edge_points(rectangles, [1], edge).tolist() for edge in EDGES}
 
     assert corners == {"NW": [[0, 0]], "NE": [[6, 0]], "SW": [[0, 4]], "SE": [[6, 4]]}
 
 
 def test_an_orthogonal_room_is_left_as_it_is():
-    found = orthogonal_orientation(rmap(np.pad(np.ones((20, 30), bool), 2)))
+    orientation = orthogonal_orientation(rmap(np.pad(np.ones((20, 30), bool), 2)))
 
-    assert found is not None
-    assert found.turn == 0
+    assert orientation is not None
+    assert orientation.turn == 0
 
 
 def test_no_parallel_edges_give_no_orientation():
@@ -128,9 +130,9 @@ def test_no_parallel_edges_give_no_orientation():
 @given(st.integers(0, 2**32 - 1))
 def test_noise_makes_no_crash_and_no_other_answer_than_a_small_turn(seed):
     free = np.random.default_rng(seed).random((25, 25)) < 0.7
-    found = orthogonal_orientation(rmap(free))
+    orientation = orthogonal_orientation(rmap(free))
 
-    assert found is None or abs(found.turn) <= math.radians(45.5)
+    assert orientation is None or abs(orientation.turn) <= math.radians(45.5)
 
 
 @pytest.mark.parametrize("tolerance", [{"tau_cells": -1}, {"slope_tolerance_deg": -1}])

@@ -45,18 +45,18 @@ def test_with_all_repairs_off_it_is_the_method_of_the_paper(degrees_a, degrees_b
 @pytest.mark.parametrize(("degrees_a", "degrees_b"), [(27, 225), (0, 90), (27, 117), (0, 270)])
 def test_turns_and_scales_are_recovered(degrees_a, degrees_b, ratio):
     a, b, truth = made_pair(degrees_a, degrees_b, ratio)
-    found = place(a, b)
+    alignment = place(a, b)
 
-    assert found, found.reason
-    assert plans.placement_error(found.pixels, truth, b.shape) < 0.01 * np.hypot(*a.shape)
+    assert alignment, alignment.reason
+    assert plans.placement_error(alignment.pixels, truth, b.shape) < 0.01 * np.hypot(*a.shape)
 
 
 def test_a_map_merged_with_itself_gives_identity():
     a, _ = plans.moved(PLAN, 33)
-    found = place(a, a)
+    alignment = place(a, a)
 
-    assert found, found.reason
-    assert plans.placement_error(found.pixels, Similarity(), a.shape) < 0.01
+    assert alignment, alignment.reason
+    assert plans.placement_error(alignment.pixels, Similarity(), a.shape) < 0.01
 
 
 @pytest.mark.parametrize("seed", [5, 6, 7])
@@ -64,10 +64,10 @@ def test_specks_do_not_hide_the_rooms(seed):
     a, b, truth = made_pair(27, 225)
     rng = np.random.default_rng(seed)
     a, b = (plans.damaged(grid, rng, salt=0.005, flips=0) for grid in (a, b))
-    found = place(a, b)
+    alignment = place(a, b)
 
-    assert found, found.reason
-    assert plans.placement_error(found.pixels, truth, b.shape) < 0.01 * np.hypot(*a.shape)
+    assert alignment, alignment.reason
+    assert plans.placement_error(alignment.pixels, truth, b.shape) < 0.01 * np.hypot(*a.shape)
 
 
 @pytest.mark.parametrize("field", OFF)

@@ -54,37 +54,39 @@ def test_limits_cut_the_sequence_short_and_change_nothing_else(free, least, most
 
 @given(MASKS)
 def test_labels_partition_the_free_space(free):
-    found = rmap(free)
+    rectangles = rmap(free)
 
-    assert ((found.labels > 0) == free).all()
-    assert np.bincount(found.labels[free], minlength=len(found) + 1)[1:].tolist() == found.areas.tolist()
-    for label, (x, y, w, h) in enumerate(found.boxes.tolist(), start=1):
-        assert (found.labels[y : y + h, x : x + w] == label).all()
+    assert ((rectangles.labels > 0) == free).all()
+    assert np.bincount(rectangles.labels[free], minlength=len(rectangles) + 1)[1:].tolist() == rectangles.areas.tolist()
+    for label, (x, y, w, h) in enumerate(rectangles.boxes.tolist(), start=1):
+        assert (rectangles.labels[y : y + h, x : x + w] == label).all()
 
 
 @given(MASKS, st.booleans())
 def test_connections_are_the_labels_along_the_sides(free, is_inclusive):
-    found = rmap(free, inclusive_sides=is_inclusive)
+    rectangles = rmap(free, inclusive_sides=is_inclusive)
 
-    for label, box in enumerate(found.boxes.tolist(), start=1):
-        wanted = naive.side_labels(found.labels, tuple(box), int(is_inclusive))
-        assert [found.connections(label, side).tolist() for side in SIDES] == [sorted(one) for one in wanted]
+    for label, box in enumerate(rectangles.boxes.tolist(), start=1):
+        wanted = naive.side_labels(rectangles.labels, tuple(box), int(is_inclusive))
+        assert [rectangles.connections(label, side).tolist() for side in SIDES] == [sorted(labels) for labels in wanted]
 
 
 @given(MASKS)
 def test_connections_are_mutual(free):
-    found = rmap(free)
+    rectangles = rmap(free)
 
-    for label in range(1, len(found) + 1):
-        assert all(label in found.connections(int(other), "left") for other in found.connections(label, "right"))
-        assert all(label in found.connections(int(other), "up") for other in found.connections(label, "down"))
+    for label in range(1, len(rectangles) + 1):
+        assert all(
+            label in rectangles.connections(int(other), "left") for other in rectangles.connections(label, "right")
+        )
+        assert all(label in rectangles.connections(int(other), "up") for other in rectangles.connections(label, "down"))
 
 
 @given(MASKS)
 def test_the_first_rectangle_is_the_maximal_empty_one(free):
-    found = rmap(free, max_rectangles=1).rectangles
+    listed = rmap(free, max_rectangles=1).rectangles
 
-    assert (found[0] if found else None) == find_mer(free)
+    assert (listed[0] if listed else None) == find_mer(free)
 
 
 def test_the_mask_is_not_changed():

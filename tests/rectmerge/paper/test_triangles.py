@@ -26,10 +26,10 @@ def test_the_papers_counts_of_triangles_are_those_of_its_rectangles(min_area_cel
     rng = np.random.default_rng(0)
     sides = np.where(np.arange(169)[:, None] < 14, [5, 4], [3, 3])  # 14 of 169 have ten cells or more
     boxes = np.concatenate([rng.integers(0, 300, (169, 2)), sides], axis=1).astype(np.int32)
-    found = best(boxes, boxes, delta_cells=0, min_area_cells=min_area_cells, max_rectangles=169)
+    triangles = best(boxes, boxes, delta_cells=0, min_area_cells=min_area_cells, max_rectangles=169)
 
-    assert found is not None
-    assert found.combinations == count
+    assert triangles is not None
+    assert triangles.combinations == count
 
 
 @settings(max_examples=40)
@@ -40,10 +40,10 @@ def test_the_least_cost_agrees_with_comparing_all(seed, is_swapped, delta):
     alike = corresponding(first, second, delta_cells=delta, swap_sides=is_swapped)
     wanted = min(naive.triangle_costs(first, second, alike, ONES), default=None)
 
-    found = best(first, second, delta_cells=delta, min_area_cells=1, swap_sides=is_swapped)
+    triangles = best(first, second, delta_cells=delta, min_area_cells=1, swap_sides=is_swapped)
 
-    assert (found is None) == (wanted is None)
-    assert found is None or found.cost == pytest.approx(wanted, abs=1e-6)
+    assert (triangles is None) == (wanted is None)
+    assert triangles is None or triangles.cost == pytest.approx(wanted, abs=1e-6)
 
 
 @settings(max_examples=20)
@@ -55,7 +55,7 @@ def test_more_sets_are_the_next_best_ones(seed):
     alike = corresponding(first, second, delta_cells=3)
     wanted = naive.triangle_costs(first, second, alike, ONES)
 
-    assert [found.cost for found in sets] == pytest.approx(sorted(wanted), abs=1e-6)
+    assert [triangles.cost for triangles in sets] == pytest.approx(sorted(wanted), abs=1e-6)
     assert sets[:5] == shared_triangles(first, second, delta_cells=3, min_area_cells=1, keep=5)
 
 
@@ -88,11 +88,11 @@ def test_sides_within_a_share_correspond_at_any_size():
 @given(st.integers(0, 2**32 - 1))
 def test_both_triangles_are_in_the_order_of_size(seed):
     rng = np.random.default_rng(seed)
-    found = best(some_boxes(rng, 9), some_boxes(rng, 9), delta_cells=6, min_area_cells=1)
-    assume(found is not None)
+    triangles = best(some_boxes(rng, 9), some_boxes(rng, 9), delta_cells=6, min_area_cells=1)
+    assume(triangles is not None)
 
-    assert found.first == tuple(sorted(found.first))
-    assert found.second == tuple(sorted(found.second))
+    assert triangles.first == tuple(sorted(triangles.first))
+    assert triangles.second == tuple(sorted(triangles.second))
 
 
 def test_weights_decide_between_triangles():
@@ -108,30 +108,30 @@ def test_weights_decide_between_triangles():
 def test_the_cost_told_is_that_of_the_triangles_told(seed):
     rng = np.random.default_rng(seed)
     first, second = some_boxes(rng, 9), some_boxes(rng, 9)
-    found = best(first, second, min_area_cells=1)
-    assume(found is not None)
-    one = naive.triangle_features(first[np.array(found.first) - 1])
-    other = naive.triangle_features(second[np.array(found.second) - 1])
+    triangles = best(first, second, min_area_cells=1)
+    assume(triangles is not None)
+    features_a = naive.triangle_features(first[np.array(triangles.first) - 1])
+    features_b = naive.triangle_features(second[np.array(triangles.second) - 1])
 
-    assert found.first == tuple(sorted(found.first))
-    assert found.cost == pytest.approx(float(((one - other) ** 2).sum()), abs=1e-6)
+    assert triangles.first == tuple(sorted(triangles.first))
+    assert triangles.cost == pytest.approx(float(((features_a - features_b) ** 2).sum()), abs=1e-6)
 
 
 def test_a_map_shares_its_triangles_with_itself_at_no_cost():
     boxes = some_boxes(np.random.default_rng(3), 12)
-    found = best(boxes, boxes + np.array([5, 7, 0, 0], np.int32))
+    triangles = best(boxes, boxes + np.array([5, 7, 0, 0], np.int32))
 
-    assert found is not None
-    assert found.cost == pytest.approx(0, abs=1e-9)
+    assert triangles is not None
+    assert triangles.cost == pytest.approx(0, abs=1e-9)
 
 
 def test_small_rectangles_take_no_part():
     boxes = some_boxes(np.random.default_rng(3), 12)
     large = (boxes[:, 2] * boxes[:, 3] >= 25).sum()
-    found = best(boxes, boxes, min_area_cells=25)
+    triangles = best(boxes, boxes, min_area_cells=25)
 
-    assert found is not None
-    assert max(found.first + found.second) <= large
+    assert triangles is not None
+    assert max(triangles.first + triangles.second) <= large
 
 
 def test_a_limit_that_cut_the_list_is_told():

@@ -77,13 +77,13 @@ def test_whatever_rename_is_broken_off_the_earlier_results_are_all_there(earlier
 
 @pytest.mark.parametrize("answer", NEW)
 def test_whoever_finds_an_answer_finds_its_results_whole(earlier, monkeypatch, answer):
-    found = [shown(earlier)]
-    Renames(monkeypatch, look=lambda: found.append(shown(earlier)))
+    contents = [shown(earlier)]
+    Renames(monkeypatch, look=lambda: contents.append(shown(earlier)))
 
     ResultFolder(earlier).write(*NEW[answer])
 
-    whole = [found[0], shown(earlier)]
-    assert all(one in whole for one in found if "alignment.json" in one)
+    whole = [contents[0], shown(earlier)]
+    assert all(content in whole for content in contents if "alignment.json" in content)
     assert set(whole[1]) == {"alignment.json", "notes.txt", *NEW[answer][1]} | (
         {"merged.pgm", "merged.yaml"} if answer == "yes" else set()
     )

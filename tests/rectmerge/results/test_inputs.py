@@ -34,15 +34,15 @@ def write_answer(folder, levels=None, **options):
     folder.mkdir(parents=True, exist_ok=True)
     names = ("building_a.yaml", "b/building_b.pgm")
     a, b = (Input(given=name, path=Path(name), greys=levels or {}, **options) for name in names)
-    told = {"verdict": "rejected", "reason": "told so", "inputs": inputs_json_dict(folder, a, b)}
-    (folder / "alignment.json").write_text(json.dumps(told))
-    return told["inputs"]
+    record = {"verdict": "rejected", "reason": "told so", "inputs": inputs_json_dict(folder, a, b)}
+    (folder / "alignment.json").write_text(json.dumps(record))
+    return record["inputs"]
 
 
 def test_paths_are_told_from_the_folder_and_name_nothing_of_the_machine(maps):
-    told = write_answer(maps / "results" / "out", levels=LEVELS, strict=True, dialect="ros1", resolution=0.1)
+    inputs = write_answer(maps / "results" / "out", levels=LEVELS, strict=True, dialect="ros1", resolution=0.1)
 
-    assert told["a"] == {
+    assert inputs["a"] == {
         "given": "building_a.yaml",
         "path": "../../building_a.yaml",
         "free": None,
@@ -54,8 +54,8 @@ def test_paths_are_told_from_the_folder_and_name_nothing_of_the_machine(maps):
         "metres_per_cell": None,
         "frame": None,
     }
-    assert told["b"]["path"] == "../../b/building_b.pgm"
-    assert {name: told["b"][name] for name in LEVELS} == LEVELS
+    assert inputs["b"]["path"] == "../../b/building_b.pgm"
+    assert {name: inputs["b"][name] for name in LEVELS} == LEVELS
 
 
 def test_they_are_found_from_anywhere_and_after_all_moved_together(maps, monkeypatch):
@@ -85,7 +85,7 @@ def test_they_are_read_as_the_merge_read_them(maps):
     Image.fromarray(turned).save(maps / "b" / "building_b.pgm")
     write_answer(maps / "out", levels={"free": 1, "occupied": 255, "unknown": 50})
 
-    a, b = (one.read() for one in inputs_in(maps / "out"))
+    a, b = (map_input.read() for map_input in inputs_in(maps / "out"))
 
     assert (a.occupancy == read_map(drawing.DATA / "building_a.yaml").occupancy).all()
     assert (b.occupancy == read_map(drawing.DATA / "building_b.yaml").occupancy).all()
@@ -104,8 +104,8 @@ def test_a_map_that_moved_is_named_with_the_remedy_and_can_be_named_anew(maps):
 
 @pytest.mark.parametrize("inputs", [None, 3, {"a": {"path": "x"}}, {"a": []}])
 def test_an_answer_that_names_no_maps_is_refused_with_the_remedy(tmp_path, inputs):
-    told = {"verdict": "rejected", "reason": "told so", "inputs": inputs}
-    (tmp_path / "alignment.json").write_text(json.dumps(told))
+    record = {"verdict": "rejected", "reason": "told so", "inputs": inputs}
+    (tmp_path / "alignment.json").write_text(json.dumps(record))
 
     with pytest.raises(InputError, match=r"alignment\.json: does not say where map A lies; .*--a FILE"):
         inputs_in(tmp_path)

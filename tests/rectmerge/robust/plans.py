@@ -45,7 +45,7 @@ def office(seed: int, size: tuple[float, float] = (300.0, 220.0), smallest: floa
     """Split a rectangle again and again into rooms; doors between most neighbours."""
     rng = np.random.default_rng(seed)
     rooms = _split((0.0, 0.0, *size), smallest, rng)
-    doors = [door for one, two in itertools.combinations(rooms, 2) if (door := _door(one, two, rng))]
+    doors = [door for first, second in itertools.combinations(rooms, 2) if (door := _door(first, second, rng))]
     inset = [(x + WALL / 2, y + WALL / 2, w - WALL, h - WALL) for x, y, w, h in rooms]
     return [box(*each) for each in (*inset, *doors)]
 
@@ -56,12 +56,12 @@ def _split(room: Box, smallest: float, rng: np.random.Generator) -> list[Box]:
     if longest < 2.2 * smallest or (longest < 4 * smallest and rng.random() < 0.25):
         return [room]
     at = rng.uniform(0.35, 0.65) * longest
-    one, two = ((x, y, at, h), (x + at, y, w - at, h)) if w >= h else ((x, y, w, at), (x, y + at, w, h - at))
-    return [*_split(one, smallest, rng), *_split(two, smallest, rng)]
+    first, second = ((x, y, at, h), (x + at, y, w - at, h)) if w >= h else ((x, y, w, at), (x, y + at, w, h - at))
+    return [*_split(first, smallest, rng), *_split(second, smallest, rng)]
 
 
-def _door(one: Box, two: Box, rng: np.random.Generator) -> Box | None:
-    (x, y, w, h), (u, v, p, q) = one, two
+def _door(first: Box, second: Box, rng: np.random.Generator) -> Box | None:
+    (x, y, w, h), (u, v, p, q) = first, second
     if min(abs(x + w - u), abs(u + p - x)) < 1e-6:
         low, high = max(y, v) + WALL, min(y + h, v + q) - WALL - DOOR
         line = u if abs(x + w - u) < 1e-6 else x
@@ -123,7 +123,7 @@ def truth(a: PlanView, b: PlanView) -> Similarity:
     return a.pixels.inverse() @ b.pixels
 
 
-def error(found: Similarity, a: PlanView, b: PlanView) -> float:
+def error(placement: Similarity, a: PlanView, b: PlanView) -> float:
     """RMSE in cells of A of a placement, over the cells that both maps see free."""
     true = truth(a, b)
     at_b = np.argwhere(b.grid.free)[:, ::-1]
@@ -131,20 +131,20 @@ def error(found: Similarity, a: PlanView, b: PlanView) -> float:
     inside = ((at_a >= 0) & (at_a < a.grid.shape[::-1])).all(axis=1)
     common = inside.copy()
     common[inside] = a.grid.free[at_a[inside, 1], at_a[inside, 0]]
-    off = found.apply(at_b[common]) - true.apply(at_b[common])
+    off = placement.apply(at_b[common]) - true.apply(at_b[common])
     return float(np.sqrt((off**2).sum(axis=1).mean()))
 
 
-def is_right(found: Similarity, a: PlanView, b: PlanView) -> bool:
+def is_right(placement: Similarity, a: PlanView, b: PlanView) -> bool:
     """The benchmark's rule: within 1 % of the diagonal of A's known cells, 5 degrees and 5 %."""
     true = truth(a, b)
     rows, cols = np.nonzero(~a.grid.unknown)
     extent = math.hypot(np.ptp(rows) + 1, np.ptp(cols) + 1)
-    turn = abs(math.remainder(found.angle - true.angle, math.tau))
+    turn = abs(math.remainder(placement.angle - true.angle, math.tau))
     return (
-        error(found, a, b) < 0.01 * extent
+        error(placement, a, b) < 0.01 * extent
         and turn < math.radians(5)
-        and abs(math.log(found.scale / true.scale)) < math.log(1.05)
+        and abs(math.log(placement.scale / true.scale)) < math.log(1.05)
     )
 
 
@@ -165,8 +165,8 @@ def two_wings(seed: int) -> list[Polygon]:
 def linked(rooms: Sequence[Polygon], links: Sequence[tuple[int, int]]) -> list[Polygon]:
     """Join the middles of rooms by passages."""
     passages = []
-    for one, two in links:
-        p, q = rooms[one].mean(axis=0), rooms[two].mean(axis=0)
+    for start, end in links:
+        p, q = rooms[start].mean(axis=0), rooms[end].mean(axis=0)
         middle, (dx, dy) = (p + q) / 2, q - p
         straight = box(middle[0] - math.hypot(dx, dy) / 2, middle[1] - 6.0, math.hypot(dx, dy), 12.0)
         passages.append(turned(straight, math.degrees(math.atan2(dy, dx)), tuple(middle.tolist())))

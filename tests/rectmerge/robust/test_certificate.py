@@ -96,31 +96,31 @@ def test_bounds_that_are_known_already_never_rise(office_score):
 def test_a_distinctive_office_is_certified():
     a, b, pixels = office_pair()
 
-    found = certify(a.grid, b.grid, pixels, scale=(1.08, 1.12), seconds=120, params=PARAMS)
+    certificate = certify(a.grid, b.grid, pixels, scale=(1.08, 1.12), seconds=120, params=PARAMS)
 
-    assert found
-    assert found.counterexample is None
-    assert 0 < found.best_elsewhere < (1 - found.margin) * found.score
-    assert str(found).startswith("yes: nothing elsewhere scores 90%")
-    assert {"certified", "margin", "score", "best_elsewhere", "seconds", "boxes"} <= set(found.as_dict())
+    assert certificate
+    assert certificate.counterexample is None
+    assert 0 < certificate.best_elsewhere < (1 - certificate.margin) * certificate.score
+    assert str(certificate).startswith("yes: nothing elsewhere scores 90%")
+    assert {"certified", "margin", "score", "best_elsewhere", "seconds", "boxes"} <= set(certificate.as_dict())
 
 
 def test_a_row_of_identical_cells_is_not_and_what_scores_alike_is_shown():
     a, b = plans.see(ROW), plans.see(ROW, degrees=30, window=(-8, -8, 168, 66))
     pixels = a.pixels.inverse() @ b.pixels
 
-    found = certify(a.grid, b.grid, pixels, scale=(0.98, 1.02), seconds=120, params=PARAMS)
+    certificate = certify(a.grid, b.grid, pixels, scale=(0.98, 1.02), seconds=120, params=PARAMS)
 
-    assert not found
-    assert found.counterexample is not None
+    assert not certificate
+    assert certificate.counterexample is not None
     middle = np.array(b.grid.shape[::-1]) / 2
     landmarks = middle + np.array([[90.0, 0.0], [0.0, 90.0], [-90.0, 0.0], [0.0, -90.0]])
-    moved = np.hypot(*(found.counterexample.apply(landmarks) - pixels.apply(landmarks)).T).max()
+    moved = np.hypot(*(certificate.counterexample.apply(landmarks) - pixels.apply(landmarks)).T).max()
     assert moved > PARAMS.certificate.away_share * np.hypot(*(np.ptp(np.argwhere(a.grid.occupancy >= 0), axis=0) + 1))
     features = [extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b)]
-    alone = FaceScore.from_placement(features[0], features[1], found.counterexample, PARAMS).accepted / 32
-    assert found.counterexample_score >= (1 - found.margin) * found.score
-    assert alone > 0.75 * found.score  # scored anew, with ways counted from the other placement
+    alone = FaceScore.from_placement(features[0], features[1], certificate.counterexample, PARAMS).accepted / 32
+    assert certificate.counterexample_score >= (1 - certificate.margin) * certificate.score
+    assert alone > 0.75 * certificate.score  # scored anew, with ways counted from the other placement
 
 
 def test_the_time_limit_holds_within_a_second_and_the_gap_is_told():
@@ -130,23 +130,23 @@ def test_the_time_limit_holds_within_a_second_and_the_gap_is_told():
     )
     started = time.perf_counter()
 
-    found = certify(a.grid, b.grid, pixels, scale=(0.5, 2.0), seconds=0.3, params=PARAMS)
+    certificate = certify(a.grid, b.grid, pixels, scale=(0.5, 2.0), seconds=0.3, params=PARAMS)
 
     assert time.perf_counter() - started < reading + 0.3 + 1.0
-    assert not found
-    assert found.best_elsewhere > (1 - found.margin) * found.score
-    assert "not in time" in str(found)
+    assert not certificate
+    assert certificate.best_elsewhere > (1 - certificate.margin) * certificate.score
+    assert "not in time" in str(certificate)
 
 
 def test_a_placement_no_better_than_chance_is_not_certified():
     a, b, pixels = office_pair()
 
-    found = certify(
+    certificate = certify(
         a.grid, b.grid, pixels @ Similarity(1.0, 0.4, 31.0, 17.0), scale=(1.0, 1.2), seconds=10.0, params=PARAMS
     )
 
-    assert not found
-    assert found.counterexample is None or found.score > 0
+    assert not certificate
+    assert certificate.counterexample is None or certificate.score > 0
 
 
 def test_bad_words_are_refused():

@@ -25,11 +25,11 @@ def faces_of(view):
     return features.faces(dominant_angles(features, PARAMS.prepare)[0][0], PARAMS.faces)
 
 
-def true_placement(a, b, one, two):
+def true_placement(a, b, features_a, features_b):
     """The truth between the working grids, (a, b, tx, ty)."""
     m = plans.truth(a, b).matrix
-    linear = m[:, :2] * two.factor / one.factor
-    return np.array([*linear[:, 0], *(m[:, 2] / one.factor + one.offset - linear @ two.offset)])
+    linear = m[:, :2] * features_b.factor / features_a.factor
+    return np.array([*linear[:, 0], *(m[:, 2] / features_a.factor + features_a.offset - linear @ features_b.offset)])
 
 
 @pytest.mark.parametrize("turn", [0, 90, 180, 270, 201])

@@ -42,10 +42,10 @@ def test_shrinking_counts_what_a_slow_loop_counts(cells, factor):
     if bounds[1] < 0:
         return
 
-    found = shrink(MapCells.from_values(cells), bounds, factor)
+    counted = shrink(MapCells.from_values(cells), bounds, factor)
 
-    for one, other in zip(found[:3], naive.shrunk_counts(cells, bounds, factor), strict=True):
-        np.testing.assert_array_equal(one, other)
+    for counts, slow_counts in zip(counted[:3], naive.shrunk_counts(cells, bounds, factor), strict=True):
+        np.testing.assert_array_equal(counts, slow_counts)
 
 
 @given(CELLS)
@@ -68,10 +68,10 @@ def test_the_cells_of_a_mirror_image_are_those_of_the_flipped_map(cells):
         MapCells.from_values(np.ascontiguousarray(cells[:, ::-1])),
     )
 
-    one, other = (np.lexsort((each.cols, each.rows)) for each in (mirrored, flipped))
+    order, flipped_order = (np.lexsort((each.cols, each.rows)) for each in (mirrored, flipped))
     np.testing.assert_array_equal(mirrored.values, flipped.values)
     for name in ("rows", "cols", "kinds", "normals"):
-        np.testing.assert_array_equal(getattr(mirrored, name)[one], getattr(flipped, name)[other])
+        np.testing.assert_array_equal(getattr(mirrored, name)[order], getattr(flipped, name)[flipped_order])
 
 
 def test_a_map_is_read_as_three_values():
@@ -135,8 +135,8 @@ def test_the_distance_counts_cells_to_the_next_wall():
     assert features.factor == 1.0
     cells = np.argwhere(features.free | features.known)[::7]
     wanted = np.array([np.hypot(*(features.walls - cell[::-1]).T).min() for cell in cells])
-    found = features.distance[cells[:, 0], cells[:, 1]]
-    np.testing.assert_allclose(found, wanted, rtol=0.03, atol=0.01)
+    measured = features.distance[cells[:, 0], cells[:, 1]]
+    np.testing.assert_allclose(measured, wanted, rtol=0.03, atol=0.01)
     assert (features.distance_bins[cells[:, 0], cells[:, 1]][wanted == 0] == 0).all()
 
 
@@ -160,9 +160,9 @@ def test_walls_that_border_on_the_unknown_only_are_no_features():
 def test_profile_energies_agree_with_a_slow_profile(points, angle, width):
     reach = float(np.hypot(*points.T).max())
 
-    (found,) = profile_energies(points, np.array([angle]), width)
+    (energy,) = profile_energies(points, np.array([angle]), width)
 
-    assert found == pytest.approx(naive.profile_energy(points, angle, width, reach / width + 1), rel=1e-4)
+    assert energy == pytest.approx(naive.profile_energy(points, angle, width, reach / width + 1), rel=1e-4)
 
 
 @pytest.mark.parametrize("degrees", [0, 7.3, 31, 44.5, 60, 88])
@@ -182,8 +182,8 @@ def test_two_wings_at_an_angle_have_two_dominant_angles():
     )
 
     assert features is not None
-    (one, strong), (other, weaker), *rest = dominant_angles(features, PARAMS.prepare)
-    assert sorted(math.degrees(angle) % 90 for angle in (one, other)) == pytest.approx([20, 80], abs=0.5)
+    (first, strong), (second, weaker), *rest = dominant_angles(features, PARAMS.prepare)
+    assert sorted(math.degrees(angle) % 90 for angle in (first, second)) == pytest.approx([20, 80], abs=0.5)
     assert weaker >= 0.5 * strong
     assert all(contrast < 0.5 * strong for _, contrast in rest)
 
@@ -204,9 +204,9 @@ def test_there_is_always_a_dominant_angle():
 def test_near_doubles_are_left_out_as_a_slow_loop_does(rectangles, iou, keep, random):
     order = random.sample(range(len(rectangles)), len(rectangles))
 
-    found = suppress(rectangles, np.array(order, np.int64), iou, keep)
+    kept = suppress(rectangles, np.array(order, np.int64), iou, keep)
 
-    assert found.tolist() == naive.suppress(rectangles, order, iou, keep)
+    assert kept.tolist() == naive.suppress(rectangles, order, iou, keep)
 
 
 @pytest.mark.parametrize("degrees", [0.0, 23.0, 118.0])
@@ -221,14 +221,14 @@ def test_the_rooms_of_a_building_are_among_its_rectangles(degrees):
     sides = np.sort(boxes[:, 2:], axis=1) * features.factor
 
     rooms = [room for room in plans.office(2) if min(np.ptp(room, axis=0)) > 20]
-    found = [
+    matches = [
         (np.abs(middles - room.mean(axis=0)).max(axis=1) < 3)
         & (np.abs(sides - np.sort(np.ptp(room, axis=0))).max(axis=1) < 5)
         for room in rooms
     ]
 
     assert len(rooms) > 10
-    assert np.mean([any(each) for each in found]) > 0.9
+    assert np.mean([any(each) for each in matches]) > 0.9
 
 
 def test_the_sides_of_a_closed_room_have_walls_and_an_open_end_has_none():

@@ -48,10 +48,10 @@ def spread_about(pivots: np.ndarray, similarities: list[Similarity], mean: Simil
     return np.cov(np.array(rows).T)
 
 
-def assert_alike(found: np.ndarray, drawn: np.ndarray) -> None:
+def assert_alike(covariance: np.ndarray, sampled: np.ndarray) -> None:
     """Compare covariances in units of their own standard deviations; 2000 draws tell them to about 3 %."""
-    unit = np.sqrt(np.diag(drawn))
-    np.testing.assert_allclose(found / np.outer(unit, unit), drawn / np.outer(unit, unit), atol=0.1)
+    unit = np.sqrt(np.diag(sampled))
+    np.testing.assert_allclose(covariance / np.outer(unit, unit), sampled / np.outer(unit, unit), atol=0.1)
 
 
 def test_the_covariance_of_the_inverse_is_that_of_inverted_draws():
@@ -72,11 +72,11 @@ def test_the_covariance_in_the_map_frame_is_that_of_draws_taken_there(origin, re
     a = OccupancyGrid(np.zeros((70, 90), np.int8), resolution, origin)
     b = OccupancyGrid(np.zeros((60, 50), np.int8), 0.07, (0.3, 0.2, 1.0))
 
-    found = fit.covariance_in_map_frame(a)
+    covariance = fit.covariance_in_map_frame(a)
 
     mean = pixels_to_map_frame(as_similarity(fit.placement), a, b)
     draws = [pixels_to_map_frame(as_similarity(p), a, b) for p in drawn]
-    assert_alike(found, spread_about(b.pixel_to_map(pivot), draws, mean))
+    assert_alike(covariance, spread_about(b.pixel_to_map(pivot), draws, mean))
 
 
 @pytest.mark.slow

@@ -56,11 +56,11 @@ def test_slopes_are_the_numerical_derivatives(backward, scale, turn, tx, ty, x, 
         return float(naive.move(np.array(way(step)), np.array([[x, y]]))[0] @ [gx, gy])
 
     here = way(np.zeros(4))
-    found = slopes(here, *naive.move(np.array(here), np.array([[x, y]]))[0], gx, gy, backward)
+    derivatives = slopes(here, *naive.move(np.array(here), np.array([[x, y]]))[0], gx, gy, backward)
 
     steps = 1e-5 * np.eye(4)
     wanted = [(residual(step) - residual(-step)) / 2e-5 for step in steps]
-    np.testing.assert_allclose(found, wanted, atol=1e-4)
+    np.testing.assert_allclose(derivatives, wanted, atol=1e-4)
 
 
 @given(st.lists(st.floats(-9, 9), min_size=4, max_size=4), st.floats(0.1, 5))

@@ -50,21 +50,22 @@ def test_a_guess_decides_between_placements_that_the_walls_do_not_tell_apart(hal
     wanted = b_to_a if which == "truth" else half_turned(hall)
     guess = (wanted.tx + off[0], wanted.ty + off[1], wanted.angle + off[2])
 
-    unaided, found = align(a.grid, b.grid, scale=b_to_a.scale), align(a.grid, b.grid, scale=b_to_a.scale, guess=guess)
+    unaided = align(a.grid, b.grid, scale=b_to_a.scale)
+    alignment = align(a.grid, b.grid, scale=b_to_a.scale, guess=guess)
 
     assert unaided.verdict == "ambiguous"
-    assert found.verdict == "accepted"
-    assert distance(b.grid, found.b_to_a, wanted) < 3.0
+    assert alignment.verdict == "accepted"
+    assert distance(b.grid, alignment.b_to_a, wanted) < 3.0
 
 
 def test_a_guess_that_is_wrong_is_not_borne_out(office):
     a, b, pixels = office
     b_to_a = pixels_to_map_frame(pixels, a.grid, b.grid)
 
-    found = align(a.grid, b.grid, guess=(b_to_a.tx + 150, b_to_a.ty - 90, b_to_a.angle + 2))
+    alignment = align(a.grid, b.grid, guess=(b_to_a.tx + 150, b_to_a.ty - 90, b_to_a.angle + 2))
 
-    assert found.verdict != "accepted"
-    assert "guess" in found.reason
+    assert alignment.verdict != "accepted"
+    assert "guess" in alignment.reason
 
 
 def test_a_guess_makes_no_answer_of_maps_of_different_places():
@@ -77,41 +78,41 @@ def test_swapped_maps_and_the_inverse_guess_give_the_inverse(hall):
     a, b, b_to_a = hall
     back = b_to_a.inverse()
 
-    found = align(b.grid, a.grid, scale=1 / b_to_a.scale, guess=(back.tx, back.ty, back.angle))
+    alignment = align(b.grid, a.grid, scale=1 / b_to_a.scale, guess=(back.tx, back.ty, back.angle))
 
-    assert found.verdict == "accepted"
-    assert distance(a.grid, found.b_to_a, back) < 3.0
+    assert alignment.verdict == "accepted"
+    assert distance(a.grid, alignment.b_to_a, back) < 3.0
 
 
 def test_the_true_placement_passes_a_check_and_is_made_exact(office):
     a, b, pixels = office
     sloppy = Similarity(pixels.scale * 1.01, pixels.angle + 0.01, pixels.tx + 3, pixels.ty - 2)
 
-    found = check(a.grid, b.grid, sloppy)
+    judged = check(a.grid, b.grid, sloppy)
 
-    assert found.verdict == "accepted"
-    assert plans.error(found.candidates[0].pixels, a, b) < 0.5
+    assert judged.verdict == "accepted"
+    assert plans.error(judged.candidates[0].pixels, a, b) < 0.5
 
 
 def test_a_check_of_the_best_placement_says_what_align_says(office):
     a, b, _ = office
-    found = align(a.grid, b.grid)
+    alignment = align(a.grid, b.grid)
 
-    checked = check(a.grid, b.grid, found.candidates[0].pixels)
+    checked = check(a.grid, b.grid, alignment.candidates[0].pixels)
 
-    assert (checked.verdict, checked.confidence) == (found.verdict, pytest.approx(found.confidence, abs=0.02))
+    assert (checked.verdict, checked.confidence) == (alignment.verdict, pytest.approx(alignment.confidence, abs=0.02))
 
 
 def test_a_wrong_placement_fails_a_check_that_points_to_the_better_one(office):
     a, b, pixels = office
     wrong = Similarity(pixels.scale, pixels.angle + math.pi / 2, pixels.tx + 60, pixels.ty)
 
-    found = check(a.grid, b.grid, wrong)
+    judged = check(a.grid, b.grid, wrong)
 
-    assert found.verdict == "rejected"
-    assert found.reason.startswith("the walls agree better elsewhere")
-    assert plans.is_right(found.candidates[1].pixels, a, b)
-    plausible = [candidate.evidence["plausibility"] for candidate in found.candidates[1:]]
+    assert judged.verdict == "rejected"
+    assert judged.reason.startswith("the walls agree better elsewhere")
+    assert plans.is_right(judged.candidates[1].pixels, a, b)
+    plausible = [candidate.evidence["plausibility"] for candidate in judged.candidates[1:]]
     assert plausible == sorted(plausible, reverse=True)
 
 
@@ -120,17 +121,17 @@ def test_the_better_placement_comes_second_wherever_the_wrong_one_lies(office, s
     a, b, pixels = office
     wrong = Similarity(pixels.scale, pixels.angle + 0.4, pixels.tx + shift[0], pixels.ty + shift[1])
 
-    found = check(a.grid, b.grid, wrong)
+    judged = check(a.grid, b.grid, wrong)
 
-    assert plans.is_right(found.candidates[1].pixels, a, b)
+    assert plans.is_right(judged.candidates[1].pixels, a, b)
 
 
 def test_one_of_two_placements_that_fit_as_well_is_ambiguous_in_a_check(hall):
     a, b, _ = hall
 
-    found = check(a.grid, b.grid, plans.truth(a, b), scale="free")
+    judged = check(a.grid, b.grid, plans.truth(a, b), scale="free")
 
-    assert found.verdict == "ambiguous"
+    assert judged.verdict == "ambiguous"
 
 
 def test_far_away_maps_share_nothing_and_fail_a_check(office):

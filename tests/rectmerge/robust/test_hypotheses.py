@@ -54,8 +54,8 @@ def sides_of_b(seen: np.ndarray, quarter: int) -> np.ndarray:
     return flags
 
 
-def nearest(found: np.ndarray, truth: Similarity) -> float:
-    return min(np.abs(naive.move(p, LANDMARKS) - truth.apply(LANDMARKS)).max() for p in found)
+def nearest(placements: np.ndarray, truth: Similarity) -> float:
+    return min(np.abs(naive.move(p, LANDMARKS) - truth.apply(LANDMARKS)).max() for p in placements)
 
 
 @given(st.lists(PLACEMENTS, min_size=1, max_size=5))
@@ -70,33 +70,35 @@ def test_the_inverse_undoes_a_placement(drawn):
 @pytest.mark.parametrize("quarter", range(4))
 def test_pairs_of_whole_rooms_give_the_placement_in_every_quarter_turn(quarter):
     a, b, truth = rooms_seen_by_b(quarter)
-    found = np.empty((500, 4))
+    placements = np.empty((500, 4))
     turn = a.angle - b.angle + quarter * math.pi / 2
 
-    count = pair_by_both_sides(a.boxes, b.boxes, turn, quarter % 2 == 1, BOUNDS, 0.01, found, 0)
+    count = pair_by_both_sides(a.boxes, b.boxes, turn, quarter % 2 == 1, BOUNDS, 0.01, placements, 0)
 
-    right = [np.abs(naive.move(p, LANDMARKS) - truth.apply(LANDMARKS)).max() < 1e-6 for p in found[:count]]
+    right = [np.abs(naive.move(p, LANDMARKS) - truth.apply(LANDMARKS)).max() < 1e-6 for p in placements[:count]]
     assert sum(right) == 5
 
 
 @pytest.mark.parametrize("quarter", range(4))
 def test_pairs_of_rooms_cut_off_by_the_unknown_give_it_too(quarter):
     a, b, truth = rooms_seen_by_b(quarter, cut=0.5)
-    found = np.empty((2000, 4))
+    placements = np.empty((2000, 4))
 
-    count = pair_by_one_side(a.boxes, b.boxes, a.has_wall, b.has_wall, a.angle, b.angle, quarter, BOUNDS, 0.0, found, 0)
+    count = pair_by_one_side(
+        a.boxes, b.boxes, a.has_wall, b.has_wall, a.angle, b.angle, quarter, BOUNDS, 0.0, placements, 0
+    )
 
-    right = [np.abs(naive.move(p, LANDMARKS) - truth.apply(LANDMARKS)).max() < 1e-6 for p in found[:count]]
+    right = [np.abs(naive.move(p, LANDMARKS) - truth.apply(LANDMARKS)).max() < 1e-6 for p in placements[:count]]
     assert sum(right) == 5
 
 
 @pytest.mark.parametrize("quarter", range(4))
 def test_rooms_without_walls_at_the_ends_of_an_extent_tell_no_length(quarter):
     a, b, _ = rooms_seen_by_b(quarter, cut=0.5)
-    found = np.empty((2000, 4))
+    placements = np.empty((2000, 4))
 
     count = pair_by_one_side(
-        a.boxes, b.boxes, a.has_wall, np.zeros_like(b.has_wall), a.angle, b.angle, quarter, BOUNDS, 0.0, found, 0
+        a.boxes, b.boxes, a.has_wall, np.zeros_like(b.has_wall), a.angle, b.angle, quarter, BOUNDS, 0.0, placements, 0
     )
 
     assert count == 0
@@ -122,10 +124,10 @@ def test_a_second_frame_adds_what_the_first_does_not_see():
 def test_proposals_stay_within_the_bounds_and_a_little(bounds):
     a, b, _ = rooms_seen_by_b(1)
 
-    found = propose([a], [b], bounds, PARAMS)
-    scales = np.hypot(found[:, 0], found[:, 1])
+    placements = propose([a], [b], bounds, PARAMS)
+    scales = np.hypot(placements[:, 0], placements[:, 1])
 
-    assert len(found)
+    assert len(placements)
     assert scales.min() >= bounds[0] * 0.96
     assert scales.max() <= bounds[1] * 1.04
 
@@ -148,6 +150,6 @@ def test_no_rectangles_no_proposals():
 def test_distinct_agrees_with_a_slow_loop(drawn, apart, keep):
     placements = np.array([as_placement(Similarity(*each)) for each in drawn])
 
-    found = distinct(placements, LANDMARKS, apart, keep)
+    kept = distinct(placements, LANDMARKS, apart, keep)
 
-    assert found.tolist() == naive.distinct(placements, LANDMARKS, apart, keep)
+    assert kept.tolist() == naive.distinct(placements, LANDMARKS, apart, keep)

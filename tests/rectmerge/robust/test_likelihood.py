@@ -42,11 +42,11 @@ def test_scores_are_those_of_a_slow_loop(field, points, placements):
     field[[0, -1], :] = field[:, [0, -1]] = 0
     rows, walls = np.array(placements), np.array(points)
     x, y = (walls + 60) % 20, rows  # inside for about half of the shifts
-    found = np.full(len(rows), 7, np.int64)
+    scores = np.full(len(rows), 7, np.int64)
 
-    add_scores(rows, np.ascontiguousarray(x.T, np.float32), field, found)
+    add_scores(rows, np.ascontiguousarray(x.T, np.float32), field, scores)
 
-    assert found.tolist() == [7 + naive.score(placement, x, field) for placement in y]
+    assert scores.tolist() == [7 + naive.score(placement, x, field) for placement in y]
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -57,15 +57,15 @@ def test_scores_of_blocks_that_shift_are_those_of_a_slow_loop(seed):
     # eighths of a cell, so that both ways of adding round alike
     points, placement = rng.integers(-40, 200, (12, 2)) / 8, np.array([1.0, 0.0, *(rng.integers(-40, 40, 2) / 8)])
     price = {"reach": 4, "step": 2, "cost": 3, "fixed_cost": 20}
-    found = np.full(1, 7, np.int64)
+    scores = np.full(1, 7, np.int64)
 
     add_bent_scores(
         placement[None], np.ascontiguousarray(points.T, np.float32), np.array([0, 5, 12]),
-        np.pad(field, 2 * 4), *price.values(), found,
+        np.pad(field, 2 * 4), *price.values(), scores,
     )  # fmt: skip
 
     blocks = [np.arange(5), np.arange(5, 12)]
-    assert found[0] == 7 + naive.bent_score(placement, points, blocks, field, **price)
+    assert scores[0] == 7 + naive.bent_score(placement, points, blocks, field, **price)
 
 
 @pytest.mark.parametrize("noise", NOISES)
@@ -113,16 +113,20 @@ def test_a_wall_met_in_an_empty_hall_says_more_than_one_met_among_shelves():
 @pytest.mark.parametrize("noise", NOISES)
 def test_the_truth_scores_best_among_its_neighbours_and_both_ways_alike(noise):
     a, b = plans.see(plans.office(0), degrees=10), plans.see(plans.office(0), degrees=75, scale=1.2)
-    one, two = (extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b))
-    assert one is not None
-    assert two is not None
-    judge = WallLikelihood(one, two, one.walls, two.walls, noise, PARAMS.gain)
-    true = in_working_cells(plans.truth(a, b).matrix, one, two)
+    features_a, features_b = (
+        extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b)
+    )
+    assert features_a is not None
+    assert features_b is not None
+    judge = WallLikelihood(features_a, features_b, features_a.walls, features_b.walls, noise, PARAMS.gain)
+    true = in_working_cells(plans.truth(a, b).matrix, features_a, features_b)
     spread = 3 * max(noise.spreads)
     off = np.array([[0, 0, x, y] for x in (-spread, 0, spread) for y in (-spread, 0, spread) if (x, y) != (0, 0)])
 
     assert judge.score(true[None])[0] > 1.2 * judge.score(true + off).max()
-    swapped = WallLikelihood(two, one, two.walls, one.walls, noise, PARAMS.gain).score(invert(true[None]))
+    swapped = WallLikelihood(features_b, features_a, features_b.walls, features_a.walls, noise, PARAMS.gain).score(
+        invert(true[None])
+    )
     assert swapped == pytest.approx(judge.score(true[None]), rel=1e-6)
 
 
@@ -136,10 +140,10 @@ def test_a_sample_of_the_points_stands_for_all():
     assert judge.score(identity, most_points=300) == pytest.approx(judge.score(identity), rel=0.05)
 
 
-def in_working_cells(pixels, one, two):
+def in_working_cells(pixels, features_a, features_b):
     """Turn a matrix between pixels into a placement between working grids."""
-    linear = pixels[:, :2] * two.factor / one.factor
-    shift = pixels[:, 2] / one.factor + one.offset - linear @ two.offset
+    linear = pixels[:, :2] * features_b.factor / features_a.factor
+    shift = pixels[:, 2] / features_a.factor + features_a.offset - linear @ features_b.offset
     placement = np.array([linear[0, 0], linear[1, 0], *shift])
     assert math.hypot(*placement[:2]) > 0
     return placement

@@ -26,19 +26,19 @@ def office_pair(seed: int, *, least_share: float = 0.72) -> tuple[plans.PlanView
     return a, b, scale
 
 
-def assert_right(found, a, b):
-    assert found, found.reason
-    assert plans.is_right(found.candidates[0].pixels, a, b)
+def assert_right(alignment, a, b):
+    assert alignment, alignment.reason
+    assert plans.is_right(alignment.candidates[0].pixels, a, b)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_known_similarity_is_recovered(seed):
     a, b, _ = office_pair(seed)
 
-    found = align(a.grid, b.grid)
+    alignment = align(a.grid, b.grid)
 
-    assert_right(found, a, b)
-    assert plans.error(found.candidates[0].pixels, a, b) < 0.5
+    assert_right(alignment, a, b)
+    assert plans.error(alignment.candidates[0].pixels, a, b) < 0.5
 
 
 @pytest.mark.slow
@@ -46,10 +46,10 @@ def test_known_similarities_are_recovered_nearly_always_and_wrong_ones_are_not_a
     right = wrong = 0
     for seed in range(100, 140):
         a, b, _ = office_pair(seed)
-        found = align(a.grid, b.grid)
-        is_right = bool(found.candidates) and plans.is_right(found.candidates[0].pixels, a, b)
-        right += bool(found) and is_right
-        wrong += bool(found) and not is_right
+        alignment = align(a.grid, b.grid)
+        is_right = bool(alignment.candidates) and plans.is_right(alignment.candidates[0].pixels, a, b)
+        right += bool(alignment) and is_right
+        wrong += bool(alignment) and not is_right
 
     assert right >= 39
     assert wrong == 0
@@ -70,10 +70,10 @@ def test_a_floor_plan_drawn_with_lines_fits_a_map():
 def test_a_mirrored_map_is_refused_and_the_mirror_is_named(seed):
     a, b = plans.see(plans.office(seed), degrees=50 * seed), plans.see(plans.office(seed), degrees=200, scale=1.2)
 
-    found = align(a.grid, plans.flipped(b))
+    alignment = align(a.grid, plans.flipped(b))
 
-    assert found.verdict == "rejected"
-    assert "mirror" in found.reason
+    assert alignment.verdict == "rejected"
+    assert "mirror" in alignment.reason
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -81,11 +81,11 @@ def test_unrelated_buildings_are_not_accepted(seed):
     a = plans.see(plans.office(seed), degrees=31 * seed, noise=seed % 3)
     b = plans.see(plans.office(seed + 100), degrees=77 * seed, scale=0.9, noise=seed % 3)
 
-    found = align(a.grid, b.grid)
+    alignment = align(a.grid, b.grid)
 
-    assert not found
-    assert found.b_to_a is None
-    assert found.confidence < 0.5
+    assert not alignment
+    assert alignment.b_to_a is None
+    assert alignment.confidence < 0.5
 
 
 @pytest.mark.slow
@@ -94,10 +94,10 @@ def test_a_whole_building_and_its_mirror_image_are_told_apart_and_the_mirror_nam
         a = plans.see(plans.office(seed), degrees=31 * seed, noise=seed % 3)
         own = plans.see(plans.office(seed), degrees=77 * seed, scale=0.7 + 0.01 * seed, noise=seed % 3, seed=1)
 
-        found = align(a.grid, plans.flipped(own))
+        alignment = align(a.grid, plans.flipped(own))
 
-        assert not found
-        assert "mirrored" in found.reason
+        assert not alignment
+        assert "mirrored" in alignment.reason
 
 
 @pytest.mark.slow
@@ -116,8 +116,8 @@ def test_no_part_of_a_building_is_accepted_where_it_is_not():
     wrong = 0
     for seed in range(12):
         a, b, _ = office_pair(seed, least_share=0.55)
-        found = align(a.grid, b.grid)
-        wrong += bool(found) and not plans.is_right(found.candidates[0].pixels, a, b)
+        alignment = align(a.grid, b.grid)
+        wrong += bool(alignment) and not plans.is_right(alignment.candidates[0].pixels, a, b)
         wrong += bool(align(a.grid, plans.flipped(b)))
 
     assert wrong == 0
@@ -129,12 +129,12 @@ def test_a_symmetric_hall_is_ambiguous(size, noise):
     a = plans.see([plans.box(0, 0, *size)], degrees=20, noise=noise, seed=1)
     b = plans.see([plans.box(0, 0, *size)], degrees=77, scale=1.1, noise=noise, seed=2)
 
-    found = align(a.grid, b.grid)
+    alignment = align(a.grid, b.grid)
 
-    assert found.verdict == "ambiguous"
-    assert len(found.candidates) > 1
+    assert alignment.verdict == "ambiguous"
+    assert len(alignment.candidates) > 1
     if size[0] != size[1]:  # of the four turns of a square, one may be missing
-        assert any(plans.is_right(candidate.pixels, a, b) for candidate in found.candidates)
+        assert any(plans.is_right(candidate.pixels, a, b) for candidate in alignment.candidates)
 
 
 def test_a_room_like_many_is_not_accepted_anywhere():
@@ -145,8 +145,8 @@ def test_a_room_like_many_is_not_accepted_anywhere():
 
 @pytest.mark.parametrize("seed", [0, pytest.param(slice(1, 10), marks=pytest.mark.slow)])
 def test_what_a_free_search_accepts_a_narrower_one_accepts(seed):
-    for one in range(*seed.indices(99)) if isinstance(seed, slice) else [seed]:
-        a, b, scale = office_pair(one, least_share=0.62)
+    for number in range(*seed.indices(99)) if isinstance(seed, slice) else [seed]:
+        a, b, scale = office_pair(number, least_share=0.62)
         if not align(a.grid, b.grid, scale="free"):
             continue
         for narrower in ((0.9 * scale, 1.1 * scale), (0.98 * scale, 1.02 * scale), scale):
@@ -155,8 +155,8 @@ def test_what_a_free_search_accepts_a_narrower_one_accepts(seed):
 
 @pytest.mark.parametrize("seed", [0, pytest.param(slice(1, 10), marks=pytest.mark.slow)])
 def test_the_answer_for_swapped_maps_is_the_inverse(seed):
-    for one in range(*seed.indices(99)) if isinstance(seed, slice) else [seed]:
-        a, b, _ = office_pair(one)
+    for number in range(*seed.indices(99)) if isinstance(seed, slice) else [seed]:
+        a, b, _ = office_pair(number)
         there, back = align(a.grid, b.grid), align(b.grid, a.grid)
 
         assert_right(there, a, b)
@@ -180,10 +180,10 @@ def test_the_same_seed_gives_the_same_bytes():
 def test_other_seeds_give_the_same_answer_to_a_fraction_of_a_cell(seed):
     a, b, _ = office_pair(2)
 
-    found = align(a.grid, b.grid, seed=seed)
+    alignment = align(a.grid, b.grid, seed=seed)
 
-    assert_right(found, a, b)
-    assert plans.error(found.candidates[0].pixels, a, b) < 0.5
+    assert_right(alignment, a, b)
+    assert plans.error(alignment.candidates[0].pixels, a, b) < 0.5
 
 
 def degenerate() -> dict[str, np.ndarray]:
@@ -213,9 +213,9 @@ def test_a_map_with_hardly_anything_in_it_gives_a_reason(name):
     odd, office = OccupancyGrid(degenerate()[name].astype(np.int8)), plans.see(plans.office(0)).grid
 
     for a, b in ((odd, office), (office, odd), (odd, odd)):
-        found = Robust().align(a, b, scale=(0.5, 2.0), rng=np.random.default_rng(0))
-        assert found.reason
-        assert a is b or not found
+        alignment = Robust().align(a, b, scale=(0.5, 2.0), rng=np.random.default_rng(0))
+        assert alignment.reason
+        assert a is b or not alignment
 
 
 def test_a_lone_wall_is_not_accepted_anywhere():
@@ -258,12 +258,12 @@ def test_parameters_below_one_are_refused(field):
 def test_what_is_reported_is_complete():
     a, b, _ = office_pair(0)
 
-    found = align(a.grid, b.grid)
+    alignment = align(a.grid, b.grid)
 
-    assert 1 <= len(found.candidates) <= Robust().max_candidates
-    assert found.confidence == found.candidates[0].confidence
-    assert set(found.quality) == {"a", "b"}
-    for candidate in found.candidates:
+    assert 1 <= len(alignment.candidates) <= Robust().max_candidates
+    assert alignment.confidence == alignment.candidates[0].confidence
+    assert set(alignment.quality) == {"a", "b"}
+    for candidate in alignment.candidates:
         assert candidate.covariance is not None
         np.testing.assert_allclose(candidate.covariance, candidate.covariance.T)
         assert (np.linalg.eigvalsh(candidate.covariance) > 0).all()
@@ -274,10 +274,10 @@ def test_a_turned_map_gives_the_turned_answer():
     a, b, _ = office_pair(1)
     quarter = OccupancyGrid(np.ascontiguousarray(np.rot90(b.grid.occupancy)))
 
-    found = align(a.grid, quarter)
+    alignment = align(a.grid, quarter)
 
-    assert found, found.reason
-    assert plans.is_right(found.candidates[0].pixels @ unturned(b.grid), a, b)
+    assert alignment, alignment.reason
+    assert plans.is_right(alignment.candidates[0].pixels @ unturned(b.grid), a, b)
 
 
 def unturned(grid: OccupancyGrid) -> Similarity:
@@ -289,8 +289,8 @@ def test_maps_that_fit_beyond_the_bounds_of_the_scale_are_not_accepted_at_the_bo
     rooms = plans.office(0)
     a, b = plans.see(rooms, scale=2.16), plans.see(rooms, degrees=30)
 
-    found = align(a.grid, b.grid, scale=(0.5, 2.0))
+    alignment = align(a.grid, b.grid, scale=(0.5, 2.0))
 
-    assert found.verdict == "rejected"
-    assert "--scale" in found.reason
+    assert alignment.verdict == "rejected"
+    assert "--scale" in alignment.reason
     assert align(a.grid, b.grid, scale=(0.4, 2.0))

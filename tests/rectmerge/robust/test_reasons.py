@@ -133,10 +133,10 @@ def test_the_reason_names_the_planted_fault_nearly_always():
     named, said = Counter(), []
     for plant, words in PLANTED.items():
         for seed in range(5):
-            found = align(*plant(seed))
-            is_named = any(word in found.reason for word in words)
+            alignment = align(*plant(seed))
+            is_named = any(word in alignment.reason for word in words)
             named[plant.__name__] += is_named
             if not is_named:
-                said.append(f"{plant.__name__} {seed}: {found.verdict}: {found.reason}")
+                said.append(f"{plant.__name__} {seed}: {alignment.verdict}: {alignment.reason}")
 
     assert sum(named.values()) >= 0.9 * 40, "\n".join([str(named), *said])

@@ -44,10 +44,10 @@ def test_the_nearest_facing_surface_is_that_of_a_slow_loop(x, y, facing, reach):
     surface = Surface.from_cells(MapCells.from_values(plans.see(plans.office(0), scale=3.0).grid.occupancy))
     normal = math.cos(facing), math.sin(facing)
 
-    found = nearest_facing(surface.index, surface.cells, x, y, *normal, reach)
+    nearest = nearest_facing(surface.index, surface.cells, x, y, *normal, reach)
 
     wanted = naive.nearest_facing(surface.cells, (x, y), normal, reach)
-    distance = math.inf if found < 0 else math.dist(surface.cells[found, :2], (x, y))
+    distance = math.inf if nearest < 0 else math.dist(surface.cells[nearest, :2], (x, y))
     assert distance == pytest.approx(wanted, abs=1e-9)
 
 
@@ -55,38 +55,42 @@ def test_the_nearest_facing_surface_is_that_of_a_slow_loop(x, y, facing, reach):
 @pytest.mark.parametrize("off", [(0.05, 0.04, (6, -5)), (-0.06, -0.03, (-7, 4)), (0.0, 0.06, (3, 8))])
 def test_fields_pull_a_placement_to_the_truth(noise, off):
     a, b = views(noise)
-    one, two = (extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b))
-    assert one is not None
-    assert two is not None
+    features_a, features_b = (
+        extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b)
+    )
+    assert features_a is not None
+    assert features_b is not None
     rng = np.random.default_rng(0)
-    walls = rng.permutation(one.walls)[:300], rng.permutation(two.walls)[:300]
-    true = to_working(plans.truth(a, b), one, two)
-    start = as_placement(nudged(true, *off, about=two.walls.mean(axis=0)))
+    walls = rng.permutation(features_a.walls)[:300], rng.permutation(features_b.walls)[:300]
+    true = to_working(plans.truth(a, b), features_a, features_b)
+    start = as_placement(nudged(true, *off, about=features_b.walls.mean(axis=0)))
 
     fitted = refine(
         start[None],
-        one,
-        two,
+        features_a,
+        features_b,
         walls,
         PARAMS.propose.coarse_reaches_cells + PARAMS.propose.fine_reaches_cells,
         (0.3, 3.0),
     )[0]
 
-    assert plans.error(as_similarity(to_pixels(start, one, two)), a, b) > 5
-    assert plans.error(as_similarity(to_pixels(fitted, one, two)), a, b) < (1.0 if noise else 0.7)
+    assert plans.error(as_similarity(to_pixels(start, features_a, features_b)), a, b) > 5
+    assert plans.error(as_similarity(to_pixels(fitted, features_a, features_b)), a, b) < (1.0 if noise else 0.7)
 
 
 def test_pixels_and_working_grids_tell_the_same_placement():
     a, b = plans.see(plans.office(0), scale=0.4, degrees=9), plans.see(plans.office(0), scale=0.3, degrees=200)
-    one, two = (extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b))
-    assert one is not None
-    assert two is not None
+    features_a, features_b = (
+        extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b)
+    )
+    assert features_a is not None
+    assert features_b is not None
     true = plans.truth(a, b)
 
-    back = to_pixels(as_placement(to_working(true, one, two)), one, two)
+    back = to_pixels(as_placement(to_working(true, features_a, features_b)), features_a, features_b)
 
     np.testing.assert_allclose(back, as_placement(true), atol=1e-9)
-    assert min(one.factor, two.factor) > 1.5
+    assert min(features_a.factor, features_b.factor) > 1.5
 
 
 @pytest.mark.parametrize("walls", [(1, 1), (3, 1), (1, 3)])
@@ -140,19 +144,20 @@ def test_points_are_spread_over_what_the_other_map_covers(points):
 def test_a_fit_that_is_refused_tells_of_the_placement_that_stays():
     a, b = views()
     start = as_placement(plans.truth(a, b)) + np.array([0.0, 0.0, 40.0, 25.0])
-    one, two = (
+    surface_a, surface_b = (
         Surface.from_cells(MapCells.from_values(a.grid.occupancy)),
         Surface.from_cells(MapCells.from_values(b.grid.occupancy)),
     )
     points = (
-        two.seen_by(start, one.index.shape, EXACT.surface_points, EXACT.looked_at),
-        one.seen_by(invert(start[None])[0], two.index.shape, EXACT.surface_points, EXACT.looked_at),
+        surface_b.seen_by(start, surface_a.index.shape, EXACT.surface_points, EXACT.looked_at),
+        surface_a.seen_by(invert(start[None])[0], surface_b.index.shape, EXACT.surface_points, EXACT.looked_at),
     )
 
     fit = fitted(start, a, b)
 
     squares, partners, _ = set_equations(
-        np.zeros((4, 4)), np.zeros(4), tuple(start), points[0], one.index, one.cells, points[1], two.index, two.cells,
+        np.zeros((4, 4)), np.zeros(4), tuple(start), points[0], surface_a.index, surface_a.cells,
+        points[1], surface_b.index, surface_b.cells,
         EXACT.reaches_cells[-1],
     )  # fmt: skip
     assert fit.surface_matched < EXACT.min_matched_share
@@ -160,8 +165,8 @@ def test_a_fit_that_is_refused_tells_of_the_placement_that_stays():
     assert fit.residual_cells == pytest.approx(math.sqrt(squares / partners))
 
 
-def to_working(pixels: Similarity, one, two) -> Similarity:
+def to_working(pixels: Similarity, features_a, features_b) -> Similarity:
     """Turn a placement between pixels into one between working grids."""
-    ours = Similarity(1 / one.factor, 0.0, *one.offset.tolist())
-    theirs = Similarity(1 / two.factor, 0.0, *two.offset.tolist())
+    ours = Similarity(1 / features_a.factor, 0.0, *features_a.offset.tolist())
+    theirs = Similarity(1 / features_b.factor, 0.0, *features_b.offset.tolist())
     return ours @ pixels @ theirs.inverse()

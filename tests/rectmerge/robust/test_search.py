@@ -22,26 +22,28 @@ PARAMS = Params()
 
 def searched(a, b, *, bounds=(0.3, 3.0), seed=0):
     """Propose by rectangles with the default numbers; return the working pair and its ranking."""
-    one, two = (extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b))
-    assert one is not None
-    assert two is not None
+    features_a, features_b = (
+        extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b)
+    )
+    assert features_a is not None
+    assert features_b is not None
     rng = np.random.default_rng(seed)
-    angle = dominant_angles(one, PARAMS.prepare)[0][0]
+    angle = dominant_angles(features_a, PARAMS.prepare)[0][0]
     working = WorkingPair(
-        a=one,
-        b=two,
-        walls_a=rng.permutation(one.walls),
-        walls_b=rng.permutation(two.walls),
+        a=features_a,
+        b=features_b,
+        walls_a=rng.permutation(features_a.walls),
+        walls_b=rng.permutation(features_b.walls),
         scale_bounds=bounds,
         angle=angle,
-        scorer=AgreementScorer(one, two, angle, PARAMS.faces, PARAMS.rank),
+        scorer=AgreementScorer(features_a, features_b, angle, PARAMS.faces, PARAMS.rank),
         handicap=0.0,
         params=dataclasses.replace(PARAMS, propose=dataclasses.replace(PARAMS.propose, max_refined=120)),
     )
     prepare = dataclasses.replace(PARAMS.prepare, max_rectangles=200)
     frames = [
         [rectangles_in_frame(each, angle, prepare) for angle, _ in dominant_angles(each, prepare)]
-        for each in (one, two)
+        for each in (features_a, features_b)
     ]
     return working, rank(working, propose_by_rectangles(working, *frames))
 

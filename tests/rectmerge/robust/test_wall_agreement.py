@@ -19,8 +19,10 @@ def office(**how):
     return extract_features(MapCells.from_values(plans.see(plans.office(3), **how).grid.occupancy), PARAMS.prepare)
 
 
-def scorer_of(one, two):
-    return AgreementScorer(one, two, dominant_angles(one, PARAMS.prepare)[0][0], PARAMS.faces, PARAMS.rank)
+def scorer_of(features_a, features_b):
+    return AgreementScorer(
+        features_a, features_b, dominant_angles(features_a, PARAMS.prepare)[0][0], PARAMS.faces, PARAMS.rank
+    )
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -94,12 +96,12 @@ def test_what_falls_outside_is_not_judged():
 
 
 def test_swapped_maps_weigh_the_same():
-    one, two = office(degrees=0, noise=1), office(degrees=0, scale=1.4)
-    scale = two.factor / one.factor / 1.4
-    placement = np.array([[scale, 0.0, *(one.offset - scale * two.offset)]])
-    back = np.array([[1 / scale, 0.0, *(two.offset - one.offset / scale)]])
+    features_a, features_b = office(degrees=0, noise=1), office(degrees=0, scale=1.4)
+    scale = features_b.factor / features_a.factor / 1.4
+    placement = np.array([[scale, 0.0, *(features_a.offset - scale * features_b.offset)]])
+    back = np.array([[1 / scale, 0.0, *(features_b.offset - features_a.offset / scale)]])
 
-    there, here = scorer_of(one, two).score(placement), scorer_of(two, one).score(back)
+    there, here = scorer_of(features_a, features_b).score(placement), scorer_of(features_b, features_a).score(back)
 
     for name in ("judged", "matched", "contradicted", "violations", "overlap", "iou"):
         assert getattr(there, name)[0] == pytest.approx(getattr(here, name)[0], abs=0.02, rel=0.05)

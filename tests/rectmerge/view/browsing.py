@@ -16,12 +16,12 @@ def opened(browser, folder):
     return browser
 
 
-def one(page, css):
+def element(page, css):
     return page.find_element("css selector", css)
 
 
 def by_hand(page):
-    one(page, "[value=hand] + span").click()
+    element(page, "[value=hand] + span").click()
 
 
 def picture(page):
@@ -29,11 +29,11 @@ def picture(page):
 
 
 def zoom(page):
-    return float(one(page, "#maps").get_attribute("data-zoom"))
+    return float(element(page, "#maps").get_attribute("data-zoom"))
 
 
 def value(page, name):
-    return one(page, f"#{name}").get_property("value")
+    return element(page, f"#{name}").get_property("value")
 
 
 def numbers(page, name="pixels"):
@@ -45,12 +45,12 @@ def placed(page):
     return Similarity.from_matrix([[a, -b, tx], [b, a, ty]])  # refuses what is no similarity, or a mirrored one
 
 
-def told(folder, k):
+def saved_placement(folder, k):
     return Similarity.from_matrix(json.loads((folder / "alignment.json").read_text())["candidates"][k]["pixels"])
 
 
-def close(one, other):
-    return np.allclose(one.matrix, other.matrix, rtol=1e-8, atol=1e-8)
+def close(first, second):
+    return np.allclose(first.matrix, second.matrix, rtol=1e-8, atol=1e-8)
 
 
 def drag(page, start, by, *, key=None):
@@ -60,7 +60,7 @@ def drag(page, start, by, *, key=None):
     actions = ActionChains(page, duration=20)
     if key is not None:
         actions.key_down(key)
-    actions.move_to_element_with_offset(one(page, "#maps"), *start).click_and_hold()
+    actions.move_to_element_with_offset(element(page, "#maps"), *start).click_and_hold()
     for _ in range(4):
         actions.move_by_offset(by[0] / 4, by[1] / 4)
     actions.release()
@@ -82,7 +82,7 @@ def turn_wheel(page, delta, **keys):
 def enter(page, name, text):
     from selenium.webdriver.common.keys import Keys
 
-    field = one(page, f"#{name}")
+    field = element(page, f"#{name}")
     field.send_keys(Keys.CONTROL, "a")
     field.send_keys(text, Keys.ENTER)
 

@@ -15,14 +15,14 @@ from tests.rectmerge.view.browsing import (
     by_hand,
     close,
     drag,
+    element,
     enter,
     middle_of_b,
     numbers,
-    one,
     opened,
     picture,
     placed,
-    told,
+    saved_placement,
     turn_wheel,
     value,
     zoom,
@@ -70,7 +70,7 @@ def test_the_slider_fades_from_a_over_both_to_b(page):
 
 def test_rectangles_are_drawn_on_demand(page):
     before = picture(page)
-    one(page, "#rectangles").click()
+    element(page, "#rectangles").click()
 
     assert picture(page) != before
 
@@ -79,20 +79,20 @@ def test_candidates_are_stepped_through_by_buttons_and_arrow_keys(page, folder):
     from selenium.webdriver.common.keys import Keys
 
     seen = [picture(page)]
-    assert close(placed(page), told(folder, 0))
-    one(page, "#next").click()
+    assert close(placed(page), saved_placement(folder, 0))
+    element(page, "#next").click()
     seen.append(picture(page))
-    assert close(placed(page), told(folder, 1))
-    one(page, "body").send_keys(Keys.ARROW_RIGHT)
+    assert close(placed(page), saved_placement(folder, 1))
+    element(page, "body").send_keys(Keys.ARROW_RIGHT)
     seen.append(picture(page))
-    assert close(placed(page), told(folder, 2))
-    one(page, "body").send_keys(Keys.ARROW_RIGHT)
-    assert close(placed(page), told(folder, 0))
-    one(page, "#previous").click()
-    assert close(placed(page), told(folder, 2))
+    assert close(placed(page), saved_placement(folder, 2))
+    element(page, "body").send_keys(Keys.ARROW_RIGHT)
+    assert close(placed(page), saved_placement(folder, 0))
+    element(page, "#previous").click()
+    assert close(placed(page), saved_placement(folder, 2))
 
     assert len(set(seen)) == 3
-    assert one(page, "#candidates [aria-current=true] b").text == "3"
+    assert element(page, "#candidates [aria-current=true] b").text == "3"
 
 
 @pytest.mark.parametrize("zoomed", [0, -400])
@@ -111,11 +111,11 @@ def test_a_drag_of_the_view_leaves_b_where_it_is_on_a(page, folder):
     before = picture(page)
     drag(page, (0, 0), (50, 20))
     turn_wheel(page, -200)
-    one(page, "#zoom-out").click()
+    element(page, "#zoom-out").click()
 
     assert picture(page) != before
-    assert close(placed(page), told(folder, 0))
-    one(page, "#fit").click()
+    assert close(placed(page), saved_placement(folder, 0))
+    element(page, "#fit").click()
     assert picture(page) == before
 
 
@@ -128,7 +128,7 @@ def test_shift_drag_and_the_handle_turn_about_the_middle_of_b(page, folder):
     drag(page, (200, -100), (0, 120), key=Keys.SHIFT)
     turned = placed(page)
     u, v = page.execute_script("return handle()")
-    canvas = one(page, "#maps").size
+    canvas = element(page, "#maps").size
     drag(page, (round(u + 1 - canvas["width"] / 2), round(v + 1 - canvas["height"] / 2)), (-60, 30))
     again = placed(page)
 
@@ -194,24 +194,24 @@ def test_keys_and_buttons_do_what_pointers_do(page):
 
     by_hand(page)
     before = placed(page)
-    one(page, "#maps").send_keys(Keys.ARROW_RIGHT)
+    element(page, "#maps").send_keys(Keys.ARROW_RIGHT)
     assert placed(page).tx - before.tx == pytest.approx(1 / zoom(page))
-    one(page, "[data-move='0,1']").click()
+    element(page, "[data-move='0,1']").click()
     assert placed(page).ty - before.ty == pytest.approx(1)
-    one(page, "[data-turn='90']").click()
+    element(page, "[data-turn='90']").click()
     assert placed(page).angle - before.angle == pytest.approx(-math.pi / 2)  # counter-clockwise to the eye
-    one(page, "[data-scale='1.01']").click()
+    element(page, "[data-scale='1.01']").click()
     assert placed(page).scale == pytest.approx(1.01 * before.scale)
 
 
 def test_reset_goes_back_to_the_candidate_that_was_shown(page, folder):
     by_hand(page)
-    one(page, "#next").click()
+    element(page, "#next").click()
     drag(page, (0, 0), (40, 40))
-    assert one(page, "#reset").text == "Reset to candidate 2"
-    one(page, "#reset").click()
+    assert element(page, "#reset").text == "Reset to candidate 2"
+    element(page, "#reset").click()
 
-    assert close(placed(page), told(folder, 1))
+    assert close(placed(page), saved_placement(folder, 1))
     assert len(page.find_elements("css selector", "#candidates button")) == 3
 
 
@@ -219,8 +219,8 @@ def test_what_is_placed_by_hand_is_kept_while_candidates_are_looked_at(page):
     by_hand(page)
     drag(page, (0, 0), (40, 40))
     mine = placed(page)
-    one(page, "#next").click()
-    one(page, "#previous").click()
+    element(page, "#next").click()
+    element(page, "#previous").click()
 
     assert close(placed(page), mine)
 
@@ -228,21 +228,21 @@ def test_what_is_placed_by_hand_is_kept_while_candidates_are_looked_at(page):
 def test_numbers_pasted_back_place_b_there(page, folder):
     a, b = (read_map(folder.parent / f"building_{name}.yaml") for name in "ab")
     text = value(page, "pixels")
-    one(page, "#next").click()
+    element(page, "#next").click()
     enter(page, "pasted", text)
-    assert close(placed(page), told(folder, 0))
+    assert close(placed(page), saved_placement(folder, 0))
 
     guess = numbers(page, "guess")
-    expected = pixels_to_map_frame(told(folder, 0), a, b)
+    expected = pixels_to_map_frame(saved_placement(folder, 0), a, b)
     assert guess == pytest.approx([expected.tx, expected.ty, expected.angle], abs=1e-7)
-    one(page, "[data-turn='90']").click()
+    element(page, "[data-turn='90']").click()
     enter(page, "pasted", ",".join(map(str, guess)))
-    assert np.allclose(placed(page).matrix, told(folder, 0).matrix, atol=1e-6)
+    assert np.allclose(placed(page).matrix, saved_placement(folder, 0).matrix, atol=1e-6)
 
     for nonsense in ("1,2", "a,b,c,d", "0,0,3,4", ""):
         enter(page, "pasted", nonsense)
-        assert one(page, "#refused").text
-        assert np.allclose(placed(page).matrix, told(folder, 0).matrix, atol=1e-6)
+        assert element(page, "#refused").text
+        assert np.allclose(placed(page).matrix, saved_placement(folder, 0).matrix, atol=1e-6)
 
 
 def test_commands_hold_the_maps_and_the_numbers(page):
@@ -254,11 +254,11 @@ def test_commands_hold_the_maps_and_the_numbers(page):
 
 
 def test_copying_says_so(page):
-    one(page, "[data-copy=pixels]").click()
+    element(page, "[data-copy=pixels]").click()
 
     from selenium.webdriver.support.ui import WebDriverWait
 
-    WebDriverWait(page, 5).until(lambda page: one(page, "#copied").text == f"Copied: {value(page, 'pixels')}")
+    WebDriverWait(page, 5).until(lambda page: element(page, "#copied").text == f"Copied: {value(page, 'pixels')}")
 
 
 def test_without_a_candidate_a_hand_places_b(browser, write_answer, tmp_path):
@@ -270,7 +270,7 @@ def test_without_a_candidate_a_hand_places_b(browser, write_answer, tmp_path):
 
     assert before.scale == pytest.approx(1.2)
     assert placed(page).tx - before.tx == pytest.approx(40 / zoom(page))
-    one(page, "#reset").click()
+    element(page, "#reset").click()
     assert close(placed(page), before)
 
 

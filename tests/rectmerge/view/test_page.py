@@ -15,7 +15,7 @@ from tests import drawing
 def page_of(folder, **named):
     answer = AlignmentFile.read(folder)
     inputs = saved_inputs(answer, **named)
-    return html(ShownAlignment.from_file(answer), inputs, *(one.read() for one in inputs))
+    return html(ShownAlignment.from_file(answer), inputs, *(map_input.read() for map_input in inputs))
 
 
 def held_by(page):
@@ -37,8 +37,8 @@ def test_matrices_are_told_in_full(write_answer, tmp_path):
 
     held = held_by(page_of(folder))
 
-    for shown, told in zip(held["candidates"], AlignmentFile.read(folder).record["candidates"], strict=True):
-        assert shown["pixels"] == pytest.approx(np.ravel(told["pixels"]), rel=1e-14)
+    for shown, saved in zip(held["candidates"], AlignmentFile.read(folder).record["candidates"], strict=True):
+        assert shown["pixels"] == pytest.approx(np.ravel(saved["pixels"]), rel=1e-14)
 
 
 def test_the_frames_take_pixels_to_the_map_frame(write_answer, tmp_path):
@@ -46,9 +46,9 @@ def test_the_frames_take_pixels_to_the_map_frame(write_answer, tmp_path):
 
     frames = held_by(page_of(folder))["frames"]
 
-    for one, frame in zip(saved_inputs(AlignmentFile.read(folder)), (frames["a"], frames["b"]), strict=True):
+    for map_input, frame in zip(saved_inputs(AlignmentFile.read(folder)), (frames["a"], frames["b"]), strict=True):
         m = np.reshape(frame, (2, 3))
-        assert m @ [7.0, 3.0, 1.0] == pytest.approx(one.read().pixel_to_map([7.0, 3.0]))
+        assert m @ [7.0, 3.0, 1.0] == pytest.approx(map_input.read().pixel_to_map([7.0, 3.0]))
 
 
 def test_without_a_candidate_a_hand_starts_with_one_middle_on_the_other(write_answer, tmp_path):
@@ -62,9 +62,9 @@ def test_without_a_candidate_a_hand_starts_with_one_middle_on_the_other(write_an
 
 def test_what_was_not_measured_is_shown_as_not_known(write_answer, tmp_path):
     folder = write_answer(tmp_path)
-    told = json.loads((folder / "alignment.json").read_text())
-    told["confidence"] = told["candidates"][0]["confidence"] = None
-    (folder / "alignment.json").write_text(json.dumps(told))
+    record = json.loads((folder / "alignment.json").read_text())
+    record["confidence"] = record["candidates"][0]["confidence"] = None
+    (folder / "alignment.json").write_text(json.dumps(record))
 
     page = page_of(folder)
 

@@ -27,8 +27,8 @@ def program(tmp_path):
 
 
 def row(method, limits=None, **changes):
-    the_pair, one = pair(**changes), Contender(label="mine", method=method)
-    return score_answer(the_pair, one, ask_within(the_pair, one, limits=limits or Limits(timeout_s=30)))
+    the_pair, entry = pair(**changes), Contender(label="mine", method=method)
+    return score_answer(the_pair, entry, ask_within(the_pair, entry, limits=limits or Limits(timeout_s=30)))
 
 
 def test_a_printed_matrix_is_an_accepted_answer(program):
@@ -96,11 +96,11 @@ def test_the_program_gets_images_and_map_server_files(program, tmp_path):
         f"folder = os.path.dirname(sys.argv[1]); shutil.copy(folder + '/b.png', {str(tmp_path)!r})\n"
         f"print('{RIGHT}')"
     )
-    one = pair()
+    shown = pair()
     row(program(copy, "{a} {b_yaml}"))
 
-    assert np.array_equal(read_map(tmp_path / "a.png").occupancy, one.a.occupancy)
-    assert np.array_equal(read_map(tmp_path / "b.yaml").occupancy, one.b.occupancy)
+    assert np.array_equal(read_map(tmp_path / "a.png").occupancy, shown.a.occupancy)
+    assert np.array_equal(read_map(tmp_path / "b.yaml").occupancy, shown.b.occupancy)
     assert read_map(tmp_path / "b.yaml").resolution is None  # hidden, never a false 1.0
 
 

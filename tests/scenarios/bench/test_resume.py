@@ -24,10 +24,10 @@ def timeless(folder):
 
 def wait_for(condition, within_s=30.0):
     ends = time.monotonic() + within_s
-    while not (found := condition()):
+    while not (result := condition()):
         assert time.monotonic() < ends
         time.sleep(0.01)
-    return found
+    return result
 
 
 def ended(pids, within_s=2.0):

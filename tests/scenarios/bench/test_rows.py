@@ -16,8 +16,8 @@ CONTRACT = {
 
 
 def row(method, the_pair=None):
-    one, the_pair = contender(method), the_pair or pair()
-    return score_answer(the_pair, one, ask(the_pair, one))
+    entry, the_pair = contender(method), the_pair or pair()
+    return score_answer(the_pair, entry, ask(the_pair, entry))
 
 
 def test_a_right_answer_is_a_full_row():
@@ -40,7 +40,7 @@ class Telling(Fixed):
 
 
 @pytest.mark.parametrize(
-    ("knows_scale", "changes", "told"),
+    ("knows_scale", "changes", "bounds"),
     [
         (False, {}, (0.5, 2.0)),
         (True, {"pixels": Similarity(1.25)}, (1.25, 1.25)),
@@ -48,12 +48,12 @@ class Telling(Fixed):
         (True, {"related": False, "info": {"resolution_a": 0.04, "resolution_b": None}}, (0.5, 2.0)),
     ],
 )
-def test_a_contender_that_knows_the_scale_is_told_it(knows_scale, changes, told):
-    one, the_pair = Contender(label="one", method=Telling(), knows_scale=knows_scale), pair(**changes)
+def test_a_contender_that_knows_the_scale_is_told_it(knows_scale, changes, bounds):
+    entry, the_pair = Contender(label="one", method=Telling(), knows_scale=knows_scale), pair(**changes)
 
-    scored = score_answer(the_pair, one, ask(the_pair, one))
+    scored = score_answer(the_pair, entry, ask(the_pair, entry))
 
-    assert scored["reason"] == str(told)
+    assert scored["reason"] == str(bounds)
     assert scored["knows_scale"] is knows_scale
 
 
@@ -84,9 +84,9 @@ def test_a_method_is_warmed_up_once_on_a_building_that_it_can_merge():
             seen.append((a, b))
             return super().align(a, b, **options)
 
-    the_pair, one = pair(), contender(Watching())
+    the_pair, entry = pair(), contender(Watching())
     for _ in range(2):
-        ask(the_pair, one)
+        ask(the_pair, entry)
 
     assert [a is the_pair.a for a, _ in seen] == [False, True, True]
     assert align(*seen[0], method="paper")  # all that a method compiles lies behind a yes

@@ -19,9 +19,9 @@ def ids(source=None, *, seed=0, contender=ONE):
 
 
 def test_each_pair_and_contender_has_an_id_of_its_own():
-    found = task_ids(Source(), [ONE, Contender(label="two", method=Fixed())], seed=0)
+    by_task = task_ids(Source(), [ONE, Contender(label="two", method=Fixed())], seed=0)
 
-    assert len(found) == len(set(found.values())) == 4
+    assert len(by_task) == len(set(by_task.values())) == 4
 
 
 @pytest.mark.parametrize(
@@ -40,23 +40,23 @@ def test_what_determines_a_row_changes_its_id(changed):
 
 def test_ids_are_the_same_in_another_process():
     code = "from tests.scenarios.bench.test_task_ids import ids; print(sorted(ids()))"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
 
-    assert told.stdout.strip() == str(sorted(ids()))
+    assert process.stdout.strip() == str(sorted(ids()))
 
 
 def test_a_data_set_may_be_moved_but_not_changed(tmp_path):
-    def found(name, rows, edit=b""):
+    def ids_of_set(name, rows, edit=b""):
         root = write(tmp_path / name / "set", rows)
         image = root / "test/maps/p_a.png"
         image.write_bytes(image.read_bytes() + edit)
         return ids(open_dataset(root)[0])
 
-    first = found("here", [ROW])
-    assert found("there", [ROW]) == first
-    assert not found("map", [ROW], b"more") & first
-    assert not found("truth", [{**ROW, "control_points": [*ROW["control_points"], [5, 10, 0, 10]]}]) & first
-    assert not found("about", [{**ROW, "noise": 3}]) & first
+    first = ids_of_set("here", [ROW])
+    assert ids_of_set("there", [ROW]) == first
+    assert not ids_of_set("map", [ROW], b"more") & first
+    assert not ids_of_set("truth", [{**ROW, "control_points": [*ROW["control_points"], [5, 10, 0, 10]]}]) & first
+    assert not ids_of_set("about", [{**ROW, "noise": 3}]) & first
 
 
 def test_a_resolved_scenario_and_its_seed_determine_a_mission():

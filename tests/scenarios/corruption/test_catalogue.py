@@ -61,7 +61,7 @@ def test_counts_are_per_ten_thousand_known_cells():
     grid = OccupancyGrid(np.full((300, 400), FREE, np.int8))
     rays = [corrupt(small_map(), [("spurious_rays", 10_000 / known * count)]).grid for count in (0.4, 0.6)]
 
-    assert [changed(small_map(), one).any() for one in rays] == [False, True]
+    assert [changed(small_map(), corrupted).any() for corrupted in rays] == [False, True]
     assert changed(grid, corrupt(grid, [("blobs", 1.0)]).grid).sum() == pytest.approx(12 * np.pi * 13, rel=0.5)
 
 

@@ -18,9 +18,9 @@ def test_every_key_has_one_type_beside_null_and_related_pairs_have_none_of_it(ro
 
     assert len({tuple(row) for row in fitted}) == 1
     for key in fitted[0]:
-        told = {type(row[key]) for row in fitted if row[key] is not None}
-        assert len(told) <= 1
-        assert not told or related == 0 or None not in [row[key] for row in fitted if row["related"]]
+        types = {type(row[key]) for row in fitted if row[key] is not None}
+        assert len(types) <= 1
+        assert not types or related == 0 or None not in [row[key] for row in fitted if row["related"]]
 
 
 @given(ROWS)

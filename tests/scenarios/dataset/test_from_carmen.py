@@ -56,10 +56,10 @@ def test_parts_of_a_raw_log_are_mapped_alone_and_the_truth_is_of_the_whole(tmp_p
 @pytest.mark.parametrize("is_corrected", [True, False])
 def test_align_finds_the_truth_of_a_cut_pair(tmp_path, is_corrected):
     (pair,) = pairs_of(suite_of(tmp_path, is_corrected=is_corrected))
-    found = rm.align(pair.a, pair.b)
+    alignment = rm.align(pair.a, pair.b)
 
-    assert found
-    assert control_point_rmse(found.candidates[0].pixels.matrix, pair.control_points) < 2.0
+    assert alignment
+    assert control_point_rmse(alignment.candidates[0].pixels.matrix, pair.control_points) < 2.0
 
 
 def test_shared_scans_are_in_both_maps(tmp_path):

@@ -94,10 +94,10 @@ def test_a_process_that_is_killed_is_gone_on_with_and_makes_the_same_bytes(tmp_p
         journal.write(b'{"source": "rooms-')
     (tmp_path / "set/test/maps").mkdir(parents=True, exist_ok=True)
     (tmp_path / "set/test/maps/.000009_a.png.77.part").write_bytes(b"half")
-    told = []
-    generate(SUITE, tmp_path / "set", on_done=told.append)
+    counts = []
+    generate(SUITE, tmp_path / "set", on_done=counts.append)
 
-    assert kept * 2 <= told[0] < 10
+    assert kept * 2 <= counts[0] < 10
     assert contents(tmp_path / "set") == contents(made)
 
 
@@ -114,24 +114,24 @@ def test_a_full_disk_is_told_in_a_line_and_what_was_made_is_kept(tmp_path, made,
         patch.setattr(Path, "write_bytes", full)
         with pytest.raises(InputError, match="No space left on device"):
             generate(SUITE, tmp_path / "set")
-    told = []
-    generate(SUITE, tmp_path / "set", on_done=told.append)
+    counts = []
+    generate(SUITE, tmp_path / "set", on_done=counts.append)
 
-    assert told[0] == 4
+    assert counts[0] == 4
     assert contents(tmp_path / "set") == contents(made)
 
 
 def test_a_finished_data_set_is_not_made_again(made):
-    before, told = contents(made), []
-    generate(SUITE, made, on_done=told.append)
+    before, counts = contents(made), []
+    generate(SUITE, made, on_done=counts.append)
 
-    assert (contents(made), told) == (before, [10])
+    assert (contents(made), counts) == (before, [10])
 
 
 def test_pairs_that_cannot_be_made_are_told_and_the_others_stay(tmp_path):
     info = generate(TinySuite(failing=2), tmp_path / "set")
 
-    assert [(one["pair_id"], one["reason"]) for one in info["failed"]] == [
+    assert [(failure["pair_id"], failure["reason"]) for failure in info["failed"]] == [
         ("rooms-0002-other", "RuntimeError: the robot fell over")
     ]
     assert len(open_dataset(tmp_path / "set")) == 9

@@ -171,10 +171,10 @@ def test_odometry_begins_at_its_origin_and_tells_the_speed(topics):
 
 def test_scanners_stand_above_the_bases_and_late_subscribers_get_maps(pair_and_bag, topics):
     ((time, _, message),) = topics["/tf_static"]
-    told = yaml.safe_load((pair_and_bag[1] / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    bag = yaml.safe_load((pair_and_bag[1] / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     latched = {
         topic["topic_metadata"]["name"]
-        for topic in told["topics_with_message_count"]
+        for topic in bag["topics_with_message_count"]
         if yaml.safe_load(topic["topic_metadata"]["offered_qos_profiles"])[0]["durability"] == 1
     }
 
@@ -182,7 +182,7 @@ def test_scanners_stand_above_the_bases_and_late_subscribers_get_maps(pair_and_b
     assert [link.child_frame_id for link in message.transforms] == ["robot1/scan", "robot2/scan"]
     assert {link.transform.translation.z for link in message.transforms} == {walked_log().spec.a.lidar.height_m}
     assert latched == {"/robot1/map", "/robot2/map", "/tf_static"}
-    assert (told["storage_identifier"], told["relative_file_paths"]) == ("mcap", ["000003.mcap"])
+    assert (bag["storage_identifier"], bag["relative_file_paths"]) == ("mcap", ["000003.mcap"])
 
 
 def test_the_same_pair_gives_the_same_bytes(pair_and_bag):
@@ -230,9 +230,9 @@ def test_missions_tell_what_their_pairs_were_made_from(kind):
     scenario = Scenario(name="office", kind=kind, noise=(1,), a=SPECS[0], b=SPECS[1])
     explored = MissionSource("made", scenario, 3).mission_pairs_from(made()[1].log)
 
-    told = [(one.spec_a, one.spec_b, len(one.log.a.times)) for one in explored.inputs.values()]
+    missions = [(inputs.spec_a, inputs.spec_b, len(inputs.log.a.times)) for inputs in explored.inputs.values()]
     assert len(explored.pairs) == 1
-    assert told == ([(*SPECS, len(explored.pairs[0].poses[0]))] if kind == "related" else [])
+    assert missions == ([(*SPECS, len(explored.pairs[0].poses[0]))] if kind == "related" else [])
 
 
 def test_bags_that_cannot_be_written_are_refused_in_one_line(tmp_path, monkeypatch):

@@ -58,10 +58,10 @@ def starts(notes):
 
 def wait_for(condition, within_s=60.0):
     ends = time.monotonic() + within_s
-    while not (found := condition()):
+    while not (result := condition()):
         assert time.monotonic() < ends
         time.sleep(0.02)
-    return found
+    return result
 
 
 def outcomes(folder):
@@ -85,12 +85,12 @@ def test_work_without_an_executor_is_done_in_order():
 def test_an_item_that_fails_is_told_by_its_future_with_an_executor_or_without():
     with local_workers(2) as pool:
         for executor in (None, pool):
-            found = dict(completed(executor, inverse, [4, 0, 2]))
+            futures = dict(completed(executor, inverse, [4, 0, 2]))
 
-            assert found.keys() == {4, 0, 2}
-            assert (found[4].result(), found[2].result()) == (0.25, 0.5)
+            assert futures.keys() == {4, 0, 2}
+            assert (futures[4].result(), futures[2].result()) == (0.25, 0.5)
             with pytest.raises(ZeroDivisionError):
-                found[0].result()
+                futures[0].result()
 
 
 def inverse(number):
@@ -229,9 +229,9 @@ def test_a_task_that_kills_the_workers_of_a_cluster_becomes_rows(tmp_path, dask_
     with cluster(dask_cluster.scheduler_address) as (executor, in_flight):
         run_pairs([deadly, *others], METHODS, tmp_path / "run", suite="made", executor=executor, in_flight=in_flight)
 
-    found = outcomes(tmp_path / "run")
-    assert found.items() >= all_right(others).items()
-    assert {found[pair_id] for pair_id in deadly.pair_ids} == {"error"}
+    by_pair = outcomes(tmp_path / "run")
+    assert by_pair.items() >= all_right(others).items()
+    assert {by_pair[pair_id] for pair_id in deadly.pair_ids} == {"error"}
 
 
 @pytest.mark.slow

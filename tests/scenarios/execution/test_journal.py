@@ -7,9 +7,9 @@ from scenarios.execution.journal import Journal
 def entries(path):
     journal = Journal(path)
     journal.mend()
-    found = [entry for _, entry in journal.entries()]
+    listed = [entry for _, entry in journal.entries()]
     journal.close()
-    return found
+    return listed
 
 
 def test_lines_survive_and_a_torn_one_is_dropped(tmp_path):

@@ -46,17 +46,17 @@ def test_the_page_tells_what_the_method_found(walked):
     counts = f"{len(walked.rmaps[0])} and {len(walked.rmaps[1])} rectangles"
     scale = f"ends at {walked.passes[-1].scale_after:.4f}"
 
-    told = " ".join(PAGE.split())
-    assert [word for word in (*turns, *ratios, counts, scale) if word not in told] == []
+    text = " ".join(PAGE.split())
+    assert [word for word in (*turns, *ratios, counts, scale) if word not in text] == []
     assert neighbours_table(walked.rmaps[0]) in PAGE
-    assert f"{90 * walked.passes[0].match.quarter_turns} degrees" in told
+    assert f"{90 * walked.passes[0].match.quarter_turns} degrees" in text
 
 
 def test_the_pictures_of_the_page_are_small_and_all_captioned():
     assert max((FOLDER / name).stat().st_size for name in FIGURES) <= 60_000
     assert [name for name in FIGURES if f"(the-papers-method/{name})" not in PAGE] == []
     captions = re.findall(r"\]\(the-papers-method/figure-(\d+)\.png\)\n\n\*Figures?(?: 1 and)? (\d+)\. ", PAGE)
-    assert [(int(one), int(other)) for one, other in captions] == [(n, n) for n in range(2, 13)]
+    assert [(int(number), int(repeated)) for number, repeated in captions] == [(n, n) for n in range(2, 13)]
     assert [name for name in TABLES if (FOLDER / name).read_text().strip() not in PAGE] == []
 
 

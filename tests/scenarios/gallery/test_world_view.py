@@ -114,9 +114,9 @@ def test_a_world_of_thousands_of_walls_is_drawn_whole():
 
 @pytest.mark.sim
 def test_the_picture_is_written_and_shows_the_building(tmp_path):
-    told = write_picture(str(DATA / "house.json"), tmp_path / "house.png")
+    report = write_picture(str(DATA / "house.json"), tmp_path / "house.png")
 
     with Image.open(tmp_path / "house.png") as picture:
         assert picture.width == WIDTH
         assert np.asarray(picture).std() > 15
-    assert told.splitlines()[-1].endswith("house.png")
+    assert report.splitlines()[-1].endswith("house.png")

@@ -7,14 +7,14 @@ from scenarios.leaderboard.growth import write_growth
 
 
 def measured(path, benches):
-    told = {
+    record = {
         "machine_info": {"cpu": {"brand_raw": "a processor"}, "python_version": "3.11"},
         "commit_info": {"id": "0123456789abcdef"},
         "benchmarks": [
             {"extra_info": {"what": what, "side": side}, "stats": {"min": seconds}} for what, side, seconds in benches
         ],
     }
-    path.write_text(json.dumps(told))
+    path.write_text(json.dumps(record))
     return path
 
 

@@ -19,24 +19,24 @@ def row(score, grade, label="some-0"):
 def test_all_that_take_part_can_be_made_and_have_labels_of_their_own():
     everybody = contenders()
 
-    made = make_contenders([one.label for one in everybody], everybody)
+    made = make_contenders([entry.label for entry in everybody], everybody)
 
-    assert len({one.label for one in made}) == len(everybody)
-    assert {"robust", "paper"} <= {one.label for one in made}
+    assert len({entry.label for entry in made}) == len(everybody)
+    assert {"robust", "paper"} <= {entry.label for entry in made}
 
 
 def test_every_configuration_of_every_entrant_can_be_made():
     for entrant in entrants():
         ways = entrant.configurations(5)
-        assert len(make_contenders([one.label for one in ways], ways)) == 5
+        assert len(make_contenders([entry.label for entry in ways], ways)) == 5
 
 
 def test_the_first_configuration_is_the_authors_own_and_a_budget_holds_those_of_a_smaller_one():
     ways = OPEN.configurations(6)
 
     assert ways[0].set == {"inclusive_sides": True}
-    assert len({one.set["delta_cells"] for one in ways[1:]}) == 5
-    assert all(one.set["inclusive_sides"] for one in ways)
+    assert len({entry.set["delta_cells"] for entry in ways[1:]}) == 5
+    assert all(entry.set["inclusive_sides"] for entry in ways)
     assert OPEN.configurations(3) == ways[:3]
 
 
@@ -52,9 +52,9 @@ def test_the_first_configuration_is_the_authors_own_and_a_budget_holds_those_of_
     ],
 )
 def test_the_threshold_is_where_right_less_wrong_is_most(answers, accept_at, worth):
-    found = best_threshold([row(*answer) for answer in answers])
+    threshold = best_threshold([row(*answer) for answer in answers])
 
-    assert (found.accept_at, found.worth) == (pytest.approx(accept_at), worth)
+    assert (threshold.accept_at, threshold.worth) == (pytest.approx(accept_at), worth)
 
 
 def test_the_configuration_that_is_worth_most_is_taken_with_its_threshold():

@@ -63,10 +63,12 @@ def test_a_source_rescales_each_pair_its_own_way_the_same_every_time():
 
     first, second = (list(source.pairs()) for _ in range(2))
 
-    assert tuple(one.pair_id for one in first) == source.pair_ids == ("m0-related-turn1", "m0-unrelated-turn1")
+    assert source.pair_ids == ("m0-related-turn1", "m0-unrelated-turn1")
+    assert tuple(rescaled_pair.pair_id for rescaled_pair in first) == source.pair_ids
     assert all(np.array_equal(a.b.occupancy, b.b.occupancy) for a, b in zip(first, second, strict=True))
     assert first[0].info["random_rescale"] != first[1].info["random_rescale"]
-    assert [source.is_related(one.pair_id) for one in first] == [one.related for one in first] == [True, False]
+    assert [rescaled_pair.related for rescaled_pair in first] == [True, False]
+    assert [source.is_related(rescaled_pair.pair_id) for rescaled_pair in first] == [True, False]
     assert first[1].pixels is None
     other = next(RescaledSource(source=Source(), seed=(3, 2), mark="turn2").pairs())
     assert other.info["random_rescale"] != first[0].info["random_rescale"]

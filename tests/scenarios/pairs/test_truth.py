@@ -37,10 +37,10 @@ def test_surface_reaches_a_tenth_of_a_metre_from_the_walls():
     points = np.random.default_rng(0).uniform(0, 10, (3000, 2))
     away = wall_distance(world, points)
     inside = np.any([prism.covers(points) for prism in world.walls + world.furniture], axis=0)
-    found = _is_surface(world, points, 0.25)
+    is_surface = _is_surface(world, points, 0.25)
 
-    assert found[(away < 0.0999) | inside].all()
-    assert not found[(away > 0.1415) & ~inside].any()  # corners are mitred
+    assert is_surface[(away < 0.0999) | inside].all()
+    assert not is_surface[(away > 0.1415) & ~inside].any()  # corners are mitred
 
 
 def test_what_both_robots_hit_where_the_world_has_nothing_is_not_chosen():

@@ -50,7 +50,7 @@ def choose(page, name, value):
 
 
 def test_a_click_on_a_heading_sorts_and_another_turns_it_round(page):
-    heading = next(one for one in all_of(page, "table.sortable th button") if one.text == "wrong")
+    heading = next(button for button in all_of(page, "table.sortable th button") if button.text == "wrong")
 
     heading.click()
     most_first = methods_in_order(page)

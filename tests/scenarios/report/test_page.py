@@ -34,8 +34,8 @@ def test_the_worst_answers_come_first_and_lie_where_the_method_put_them(report_r
     assert (first["method"], first["outcome"]) == ("bad", "wrong-accepted")
     assert first["matrix"] == [1, 0, 27, 0, 1, 4]
     assert held["pairs"][first["pair"]]["a"].startswith("data:image/png;base64,")
-    outcomes = [one["outcome"] for one in held["answers"]]
-    assert outcomes.index("rejected") > max(k for k, one in enumerate(outcomes) if one == "wrong-accepted")
+    outcomes = [answer["outcome"] for answer in held["answers"]]
+    assert outcomes.index("rejected") > max(k for k, answer in enumerate(outcomes) if answer == "wrong-accepted")
 
 
 def test_the_leaderboard_counts_what_the_rows_say(report_run):

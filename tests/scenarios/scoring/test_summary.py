@@ -80,8 +80,8 @@ def test_brier_score_of_known_answers():
 
 def test_required_pairs_that_can_be_told_are_shown_apart_from_those_that_cannot():
     rows = [row(), row("rejected"), row("ambiguous-with-truth"), row()]
-    for one, can_be_told in zip(rows, (True, True, False, None), strict=True):
-        one["info"] = {"identifiable": can_be_told}
+    for record, can_be_told in zip(rows, (True, True, False, None), strict=True):
+        record["info"] = {"identifiable": can_be_told}
     optional = {**row(stratum="optional"), "info": {"identifiable": True}}
     summary = summarise([*rows, optional, {**row("error"), "info": None}])["m"]
 

@@ -106,7 +106,7 @@ def test_one_wrong_accept_is_a_regression_whatever_the_baseline_had():
 
 @pytest.mark.parametrize(("growth", "n"), [(1.19, 0), (1.21, 1)])
 def test_the_median_error_may_grow_by_a_fifth(growth, n):
-    grown = [row(e_px=growth * one["errors"]["e_px"]) for one in TEN]
+    grown = [row(e_px=growth * before["errors"]["e_px"]) for before in TEN]
 
     assert len(regressions(grown, baseline_of(TEN))) == n
 

@@ -79,7 +79,7 @@ def test_nearly_right_candidates_are_left_out(rows):
 
 
 def test_of_bent_pairs_only_what_is_wrong_is_learnt(rows):
-    bent = GradedCandidates.from_rows([{**one, "residual_px": 5.0} for one in rows]).without_bent()
+    bent = GradedCandidates.from_rows([{**record, "residual_px": 5.0} for record in rows]).without_bent()
 
     assert not bent.is_right.any()
     assert bent.is_there.sum() < 2 * len(rows)
@@ -87,7 +87,7 @@ def test_of_bent_pairs_only_what_is_wrong_is_learnt(rows):
 
 def test_the_terms_are_those_of_the_method(rows):
     graded = GradedCandidates.from_rows(rows[:1])
-    columns = {name: np.array([one[name] for one in rows[0]["evidence"]]) for name in FIELDS}
+    columns = {name: np.array([evidence[name] for evidence in rows[0]["evidence"]]) for name in FIELDS}
 
     np.testing.assert_array_equal(graded.terms[0], rigid_terms(WallAgreement(**columns), ConfidenceParams()))
 

@@ -79,10 +79,10 @@ def test_a_change_within_the_tolerance_is_none(compared):
 def test_differences_are_of_the_same_pairs_and_the_rest_is_told(compared):
     now, before = [row(i) for i in range(10)], [row(i, "rejected") for i in range(5, 25)]
 
-    found = compared(now, before)
+    comparison = compared(now, before)
 
-    assert found.lines[0].n == 5
-    assert found.notes == [
+    assert comparison.lines[0].n == 5
+    assert comparison.notes == [
         "5 of 10 rows of the run have no partner and are left out.",
         "15 of 20 rows of the baseline have no partner and are left out.",
     ]
@@ -91,9 +91,9 @@ def test_differences_are_of_the_same_pairs_and_the_rest_is_told(compared):
 def test_methods_and_strata_have_their_own_lines(compared):
     rows = [row(0), row(0, method="n"), row(1, stratum="unrelated", outcome="rejected"), row(2, bent=True)]
 
-    found = {(line.method, line.stratum) for line in compared(rows, rows).lines}
+    lines = {(line.method, line.stratum) for line in compared(rows, rows).lines}
 
-    assert found == {("m", "required"), ("n", "required"), ("m", "unrelated"), ("m", "bent")}
+    assert lines == {("m", "required"), ("n", "required"), ("m", "unrelated"), ("m", "bent")}
 
 
 def test_what_cannot_be_compared_is_refused(compared, tmp_path):

@@ -84,7 +84,7 @@ def test_a_row_without_a_trace_misses_every_mark():
 
 def write_run(folder, rows):
     folder.mkdir()
-    (folder / "results.jsonl").write_text("".join(json.dumps(one) + "\n" for one in rows))
+    (folder / "results.jsonl").write_text("".join(json.dumps(record) + "\n" for record in rows))
     (folder / "summary.json").write_text("{}")
     (folder / "run.toml").write_text('seed = 0\npairs = 4\n[[methods]]\nlabel = "paper"\nmethod = "paper"\n')
     machine = {"processor": "p", "cores": 2, "system": "s", "python": "3", "packages": {"numpy": "2"}}

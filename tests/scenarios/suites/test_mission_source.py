@@ -47,8 +47,8 @@ def test_a_mission_that_has_every_pair_is_not_run_again(buildings):
     explored = SOURCE.mission_pairs()
 
     assert tried == [0]
-    assert [one.pair_id for one in explored.pairs] == list(SOURCE.pair_ids)
-    assert all(one.related and SOURCE.is_related(one.pair_id) for one in explored.pairs)
+    assert [explored_pair.pair_id for explored_pair in explored.pairs] == list(SOURCE.pair_ids)
+    assert all(explored_pair.related and SOURCE.is_related(explored_pair.pair_id) for explored_pair in explored.pairs)
     assert (explored.log.discarded, explored.failed) == (("they fell",), {})
 
 
@@ -57,7 +57,7 @@ def test_another_building_is_taken_where_a_pair_is_not_to_be_had_and_its_tries_a
     explored = SOURCE.mission_pairs()
 
     assert tried == [0, 1, 2]
-    assert [one.info["building"] for one in explored.pairs] == [2, 2]
+    assert [explored_pair.info["building"] for explored_pair in explored.pairs] == [2, 2]
     assert explored.log.discarded == ("the robots met a wall", "they fell", "too little at 0", "they fell")
     assert explored.failed == {}
 
@@ -67,7 +67,9 @@ def test_where_no_building_has_every_pair_the_first_with_most_counts_and_the_res
     explored = SOURCE.mission_pairs()
 
     assert tried == list(range(MAX_BUILDINGS))
-    assert [(one.pair_id, one.info["building"]) for one in explored.pairs] == [("office-0003-n1", 1)]
+    assert [(explored_pair.pair_id, explored_pair.info["building"]) for explored_pair in explored.pairs] == [
+        ("office-0003-n1", 1)
+    ]
     assert explored.failed == {"office-0003-n0": "too little at 0"}
     assert explored.log.discarded.count("the robots met a wall") == 2
     with pytest.raises(SimulationError, match="office-0003-n0: too little at 0"):

@@ -84,7 +84,7 @@ def test_the_other_building_of_an_unrelated_pair_is_drawn_apart(tmp_path):
         ("to = 0.9", "to = 1.2", "scenarios[0].mission: overlap must be 0.1 to 1.0, got 1.2"),
         ("to = 9", "to = 13", "scenarios[0].world: rooms must be 6 to 12, got 13"),
         ("[0, 1] }, 2]", "[0, 2] }, 2]", "scenarios[0]: noise must list different levels"),
-        ("[0, 1] }, 2]", "[0, 1], some = 1 }, 2]", "scenarios[0].noise[0]: unknown key 'some' beside any_of"),
+        ("[0, 1] }, 2]", "[0, 1], some = 1 }, 2]", "scenarios[0].noise[0]: unknown key 'some' with any_of"),
         ('["train", "test"]', '["train", "dev"]', "scenarios[0].split: must be one of 'train', 'test', got 'dev'"),
         ("to = 2.0, log", "to = 20.0, log", "scenarios[0].ratio: must be 0.1 to 10, got 20.0"),
         ("ratio = 1.2", 'ratio = "1.2"', "scenarios[1].ratio: must be a number, got '1.2'"),

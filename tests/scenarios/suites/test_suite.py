@@ -39,21 +39,22 @@ def written(tmp_path, text):
 
 def test_a_suite_reads_as_written(tmp_path):
     suite = load_suite(written(tmp_path, GOOD))
-    one = suite.scenarios[0]
+    scenario = suite.scenarios[0]
 
     assert (suite.name, suite.title, suite.methods[0].set) == ("some", "Two", {"delta_cells": 2})
-    assert (one.world.rooms, one.world.size_m, one.mission.a.lidar.beams) == (6, (14.0, 10.0), 180)
-    assert (one.a.turn_deg, one.b.turn_deg, one.b.turn) == ("random", 30, "image")
-    assert (one.seeds, one.noise) == (Seeds(first=3, count=2), (0, 1))
+    assert (scenario.world.rooms, scenario.world.size_m, scenario.mission.a.lidar.beams) == (6, (14.0, 10.0), 180)
+    assert (scenario.a.turn_deg, scenario.b.turn_deg, scenario.b.turn) == ("random", 30, "image")
+    assert (scenario.seeds, scenario.noise) == (Seeds(first=3, count=2), (0, 1))
     assert suite.scenarios[1].world == Office()
 
 
 def test_robots_that_map_by_their_own_poses_may_differ_in_their_mappers(tmp_path):
     slam = 'a = { poses = "slam", loop_closure = true, slam = { wheel_level = 2.0 }, miss = 0.3 }'
-    one = load_suite(written(tmp_path, GOOD.replace('a = { turn_deg = "random" }', slam))).scenarios[0]
+    scenario = load_suite(written(tmp_path, GOOD.replace('a = { turn_deg = "random" }', slam))).scenarios[0]
 
-    assert (one.a.poses, one.a.loop_closure, one.a.slam.wheel_level, one.a.miss) == ("slam", True, 2.0, 0.3)
-    assert (one.b.poses, one.b.loop_closure, one.b.slam.wheel_level, one.b.miss) == ("truth", False, 1.0, 0.4)
+    a, b = scenario.a, scenario.b
+    assert (a.poses, a.loop_closure, a.slam.wheel_level, a.miss) == ("slam", True, 2.0, 0.3)
+    assert (b.poses, b.loop_closure, b.slam.wheel_level, b.miss) == ("truth", False, 1.0, 0.4)
 
 
 @pytest.mark.parametrize(

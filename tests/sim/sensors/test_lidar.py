@@ -34,9 +34,9 @@ def test_level_zero_is_an_exact_scanner():
 
 def test_the_same_seed_gives_the_same_bytes():
     ranges = np.random.default_rng(1).uniform(0, 15, (50, 360))
-    one, two = (LIDARS["rplidar-a1"].observe(ranges, ranges - 0.1, np.random.default_rng(5)) for _ in range(2))
+    first, second = (LIDARS["rplidar-a1"].observe(ranges, ranges - 0.1, np.random.default_rng(5)) for _ in range(2))
 
-    assert one.tobytes() == two.tobytes()
+    assert first.tobytes() == second.tobytes()
 
 
 @pytest.mark.parametrize("jump", [0.2, 2.0])

@@ -48,9 +48,9 @@ def test_the_search_finds_what_trying_everything_finds(seed):
     best_near = cv2.dilate(field, np.ones((BLOCK, BLOCK), np.uint8), anchor=(0, 0))
     points, guess = rng.uniform(-5, 5, (6, 2)), rng.uniform([10, 10, -3], [17, 15, 3])
     rest = (np.linspace(-0.4, 0.4, 3), int(rng.integers(0, 5)), 0.01, 0.2)
-    found = search(field, best_near, BLOCK, points, guess, *rest)
+    shift = search(field, best_near, BLOCK, points, guess, *rest)
 
-    assert found[3] == pytest.approx(naive.best_shift(field, points, guess, *rest))
+    assert shift[3] == pytest.approx(naive.best_shift(field, points, guess, *rest))
 
 
 @settings(max_examples=20)
@@ -81,18 +81,18 @@ def test_trust_keeps_a_scan_near_the_guess_where_the_map_says_nothing():
     points = hits(bare, middle)
     points = points[np.abs(points[:, 0]) < 2.5]
     guess = middle + np.array([0.07, 0.03, 0.0])
-    found = map_of(bare, middle).match(points, guess, window_m=0.15, window_rad=0.05, prior_weights=(5.0, 4.0))
+    match = map_of(bare, middle).match(points, guess, window_m=0.15, window_rad=0.05, prior_weights=(5.0, 4.0))
 
-    assert found.pose[0] == pytest.approx(guess[0], abs=0.02)
-    assert found.pose[1] == pytest.approx(middle[1], abs=0.025)  # half a cell
+    assert match.pose[0] == pytest.approx(guess[0], abs=0.02)
+    assert match.pose[1] == pytest.approx(middle[1], abs=0.025)  # half a cell
 
 
 def test_off_the_map_the_guess_stays_and_the_score_is_nothing():
     guess = np.array([500.0, 500.0, 1.0])
-    found = map_of(WORLD, POSE).match(hits(WORLD, POSE), guess, window_m=0.1, window_rad=0.05, prior_weights=(1.0, 1.0))
+    match = map_of(WORLD, POSE).match(hits(WORLD, POSE), guess, window_m=0.1, window_rad=0.05, prior_weights=(1.0, 1.0))
 
-    assert np.allclose(found.pose, guess, atol=1e-6)
-    assert found.score == 0.0
+    assert np.allclose(match.pose, guess, atol=1e-6)
+    assert match.score == 0.0
 
 
 def test_a_map_that_grows_keeps_what_it_knew():
