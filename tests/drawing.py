@@ -1,6 +1,6 @@
 """Buildings drawn by hand, and their views under a known placement: truth that no code under test has made.
 
-``python -m tests.drawing`` rewrites the committed maps: building_b is the lower right part of building_a.
+``python -m tests.drawing`` rewrites the committed maps: building_b and building_c are parts of building_a.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from rectmerge.similarity import Similarity
 
 DATA = Path(__file__).parent / "data"
 B_IN_A = Similarity(1.2, 0.5, 70.0, 20.0)  # building_b's pixels on building_a
+
+C_IN_A = Similarity(0.9, 2.6, 115.0, 55.0)  # building_c's pixels on building_a
 
 # Rooms and doors of an asymmetric building in cells: x, y, w, h of free space; everything around it is wall.
 ROOMS = ((12, 12, 60, 38), (75, 12, 45, 25), (123, 12, 28, 52), (12, 53, 34, 47), (49, 53, 71, 20), (75, 40, 45, 10))
@@ -70,3 +72,4 @@ if __name__ == "__main__":
     drawn = building(resolution=0.05, origin=(-2.0, -1.5, 0.0))
     write_map(drawn, DATA / "building_a.yaml")
     write_map(view(drawn, B_IN_A, (90, 110), resolution=0.06), DATA / "building_b.yaml")
+    write_map(view(drawn, C_IN_A, (120, 130), resolution=0.045), DATA / "building_c.yaml")

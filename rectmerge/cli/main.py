@@ -6,7 +6,7 @@ from rectmerge.cli import console
 from rectmerge.cli.app import App
 from rectmerge.cli.check import check
 from rectmerge.cli.inspect import inspect
-from rectmerge.cli.merge import TwoMaps, merge
+from rectmerge.cli.merge import merge
 from rectmerge.cli.methods import methods
 from rectmerge.cli.trace import trace
 from rectmerge.cli.transform import transform
@@ -19,8 +19,7 @@ app = App(
     Exit status: 0 yes, 1 no, 2 bad input or use, 3 ambiguous, 70 internal error, 130 interrupted.
     """
 )
-app.command(cls=TwoMaps)(merge)
-for command in (check, inspect, methods, trace, transform, view, warm_up):
+for command in (merge, check, inspect, methods, trace, transform, view, warm_up):
     app.command()(command)
 
 

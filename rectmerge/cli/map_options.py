@@ -64,7 +64,7 @@ class MapOptions:
 
         greys = (self.free, self.occupied, self.unknown)
         dialect = _known_dialect(self.dialect)
-        for name, resolution in zip("ab", resolutions, strict=True):
+        for name, resolution in zip("ab", resolutions, strict=False):
             if resolution is not None and not 0 < resolution < float("inf"):
                 raise InputError(f"--resolution-{name}: {resolution} is not a positive number of metres per cell")
         inputs = [

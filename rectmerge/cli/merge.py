@@ -5,14 +5,14 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
-from typer.core import TyperCommand
 
 from rectmerge.cli import console
 from rectmerge.cli.app import Json
 from rectmerge.cli.map_options import MapA, MapB, PairOptions
+from rectmerge.cli.merge_many import FleetOptions, MoreMaps, merge_many
 from rectmerge.cli.method_options import MethodOptions
 from rectmerge.cli.placement_options import PlacementOptions
 from rectmerge.errors import InputError
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     from rectmerge.composing.compose import CellsOf, Rule
     from rectmerge.grid import OccupancyGrid
 
-UsageError: Any = typer.BadParameter.__bases__[0]  # click's, whose module depends on the version of typer
 Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="The folder for the results.")]
 RULE_NAMES = "occupied, free, log-odds, evidence or newest"
 RuleName = Annotated[
-    str,
+    str | None,
     typer.Option(
         "--rule",
         metavar="RULE",
-        help=f"Rule where the maps differ: {RULE_NAMES}; log-odds and evidence keep shades, in mode raw.",
+        help=f"Rule where the maps differ: {RULE_NAMES}; log-odds and evidence keep shades, in mode raw. Unless given, "
+        "occupied, and log-odds for more than two maps.",
         autocompletion=RULE_NAMES.replace(" or", ",").split(", ").copy,
     ),
 ]
@@ -49,34 +49,21 @@ CertifySeconds = Annotated[float, typer.Option(metavar="S", min=0.1, help="Time 
 Force = Annotated[bool, typer.Option("--force", metavar="", help="Replace the results that DIR holds.")]
 
 
-class TwoMaps(TyperCommand):
-    """Command for two maps, with a remedy in its message for more than two."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse a command line as every command does."""
-        try:
-            return super().parse_args(ctx, args)
-        except UsageError as error:
-            if "unexpected extra argument" not in error.message:
-                raise
-            remedy = "maps are merged two at a time: merge the first two, then their merged.yaml with the next"
-            raise UsageError(f"{error.message}; {remedy}", ctx) from None
-
-
 @dataclass(frozen=True, kw_only=True)
 class OutputOptions:
     """Options on the merged map."""
 
-    rule: RuleName = "occupied"
+    rule: RuleName = None
     output_resolution: Cells = "a"
 
-    def parse(self) -> tuple[Rule, CellsOf | float]:
+    def parse(self, unless_given: Rule = "occupied") -> tuple[Rule, CellsOf | float]:
         """Return the rule and the cells of the merged map."""
         from rectmerge.composing.compose import RULES, parse_resolution
 
-        if self.rule not in RULES:
-            raise InputError(f"--rule: {self.rule!r} is not one of {', '.join(RULES)}")
-        return self.rule, parse_resolution(self.output_resolution)
+        rule = self.rule or unless_given
+        if rule not in RULES:
+            raise InputError(f"--rule: {rule!r} is not one of {', '.join(RULES)}")
+        return rule, parse_resolution(self.output_resolution)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,6 +97,8 @@ def merge(
     merging: OutputOptions,
     certifying: CertificateOptions,
     reading: PairOptions,
+    fleet: FleetOptions,
+    more: MoreMaps = None,
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -120,6 +109,9 @@ def merge(
     and the reason holds the verdict of the method on it.
 
     Whatever the method, no map is written against the verdict of `rectmerge check` on its answer, unless --unchecked.
+
+    Of more than two maps it is found which belong together; each such group is merged in the frame of its first map,
+    that of A, or of --reference, as merged.yaml. The status is 1 where a map is left out, 0 where all are in one.
     """
     from rectmerge.cli.map_options import input_files, read_maps
     from rectmerge.composing.rules import SHADING
@@ -130,6 +122,15 @@ def merge(
     from rectmerge.results.inputs import inputs_json_dict
     from rectmerge.results.summary import describe
 
+    if more:
+        _refuse_for_many(placing, merging, certifying, reading)
+        rule, cells = merging.parse("log-odds")
+        merge_many(
+            reading.inputs(a, b, *more, resolutions=[None] * (2 + len(more))), output, fleet,
+            method=solving.make_method(), scale=solving.parse_scale(), seed=solving.seed, rule=rule, cells=cells,
+            is_checked=not placing.unchecked, force=force, json=json,
+        )  # fmt: skip
+    fleet.refuse()
     scale, (rule, cells), method = solving.parse_scale(), merging.parse(), solving.make_method()
     inputs = reading.pair(a, b)
     folder = ResultFolder(output)
@@ -150,6 +151,24 @@ def merge(
     files = folder.write(record, pictures, merged, shaded=is_shaded)
     typer.echo(to_json(record) if json else describe(alignment, files, certificate, is_shaded=is_shaded))
     raise typer.Exit(console.STATUS[alignment.verdict])
+
+
+def _refuse_for_many(
+    placing: PlacementOptions, merging: OutputOptions, certifying: CertificateOptions, reading: PairOptions
+) -> None:
+    """Refuse options on one pair where there are more than two maps."""
+    given = {
+        "--guess": placing.guess is not None,
+        "--candidate": placing.candidate is not None,
+        "--pixels": placing.pixels is not None,
+        "--from": placing.earlier is not None,
+        "--certify": certifying.certify,
+        "--resolution-a": reading.resolution_a is not None,
+        "--resolution-b": reading.resolution_b is not None,
+        "--output-resolution b": merging.output_resolution == "b",
+    }
+    if refused := [option for option, is_given in given.items() if is_given]:
+        raise InputError(f"{refused[0]} is for two maps, and there are more: merge the pair by itself")
 
 
 def _with_quality(alignment: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> Alignment:

@@ -13,8 +13,9 @@ from rectmerge.cli.map_options import MergeFolder
 from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
+    from rectmerge.fleet.record import FleetFile
     from rectmerge.results.alignment_json import AlignmentFile
-    from rectmerge.transfer.transform import Transform
+    from rectmerge.transfer.transform import Form, Transform
 
 MIN_MISFIT = 0.0005  # a smaller misfit would be printed as 0.000
 FORMS = "ros1, ros2, matrix or pose"
@@ -49,7 +50,10 @@ def transform(
     theta_deg or heading_deg, or qz and qw. A map without resolution is in cells: a note on stderr names it, and there
     is no line for TF, which is in metres. Where the merge accepted nothing and no candidate is given, the status is
     that of the merge, 1 or 3.
+
+    Of a merge of more than two maps there is a line for each map but the references, whose frames are the parents.
     """
+    from rectmerge.fleet.record import FleetFile
     from rectmerge.io.atomic_file import replace_file
     from rectmerge.results.alignment_json import AlignmentFile
     from rectmerge.results.saved_alignment import SavedAlignment
@@ -61,6 +65,9 @@ def transform(
         raise InputError(f"--as: {form!r} is not one of {FORMS}")
     if output is not None and points is None:
         raise InputError("-o names the file for carried points; give them with --points")
+    if (fleet := FleetFile.find(folder)) is not None:
+        _print_fleet(FleetFile.read(fleet), known[form], parent, (candidate, child, points))
+        return
     file = AlignmentFile.read(folder)
     alignment = SavedAlignment.from_file(file)
     if candidate is None and alignment.verdict != "accepted":
@@ -80,6 +87,44 @@ def transform(
         typer.echo(text, nl=False)
     else:
         replace_file(output, text.encode())
+
+
+def _print_fleet(file: FleetFile, form: Form, parent: str | None, refused: tuple[object, ...]) -> None:
+    """Print the transforms of a merge of more than two maps, a line or a matrix each."""
+    if any(option is not None for option in refused):
+        raise InputError(f"{file.path.parent}: holds more than two maps; --candidate, --child and --points are for two")
+    if not file.placements:
+        console.say(f"rectmerge: {file.path.parent}: no maps belong together")
+        raise typer.Exit(console.NO)
+    if parent is not None and len({placement.reference for placement in file.placements}) > 1:
+        raise InputError(f"{file.path.parent}: has more than one component, so --parent cannot name all their frames")
+    _require_metres(file, form)
+    for placement in file.placements:
+        a, b = placement.frame_names(parent)
+        if form != "matrix" and placement.transform.scale_fault:
+            scale = f"{placement.name} fits {a} at a scale of {placement.transform.b_to_a.scale:.3g}"
+            raise InputError(f"{scale}, so a resolution is wrong: correct it and merge again, or --as matrix keeps it")
+        text = placement.transform.format(form, parent=a, child=b)
+        heads = {"matrix": f"# {b} in {a}\n", "pose": f"{b} "}
+        typer.echo(heads.get(form, "") + text)
+        misfit = 0.0 if form == "matrix" else placement.transform.misfit
+        if misfit >= MIN_MISFIT:
+            scale = f"{placement.name} fits at a scale of {placement.transform.b_to_a.scale:.5f}, which TF cannot carry"
+            error = f"without it its free space is off by {misfit:.3f} {placement.transform.unit} RMS"
+            console.note(f"rectmerge: {scale}; {error}")
+
+
+def _require_metres(file: FleetFile, form: Form) -> None:
+    """Refuse TF for maps in cells, and note them for other forms."""
+    cells = [one.name for one in file.placements if one.transform.unit != "m" or one.transform.shared.unit != "m"]
+    if not cells:
+        return
+    fault = (
+        f"the placement of {', '.join(cells)} is in cells; give every map a YAML with its resolution and merge again"
+    )
+    if form in ("ros1", "ros2"):
+        raise InputError(f"TF is in metres, but {fault}")
+    console.note(f"rectmerge: {fault}")
 
 
 def _notes(placement: Transform, *, has_scale: bool) -> Iterator[str]:

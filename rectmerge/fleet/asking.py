@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
-from rectmerge.aligning import Scale, align
-from rectmerge.alignment import Alignment, Method
+from rectmerge.alignment import Alignment
 from rectmerge.errors import InputError
 from rectmerge.fleet.evidence import Evidence, Pair
 from rectmerge.grid import OccupancyGrid
+
+AskPair = Callable[[OccupancyGrid, OccupancyGrid], Alignment]
 
 
 class Questions:
@@ -22,8 +23,8 @@ class Questions:
         Place of each map among the given ones: of a pair, the map given first is A.
     evidence
         Evidence that the answers are added to.
-    method, scale, seed
-        As for `rectmerge.align`.
+    ask
+        Answers a pair (A, B).
     budget
         Most pairs to ask; None for no limit.
     known
@@ -36,19 +37,14 @@ class Questions:
         names: Sequence[str],
         order: Sequence[int],
         evidence: Evidence,
-        *,
-        method: str | Method,
-        scale: Scale,
-        seed: int,
+        ask: AskPair,
         budget: int | None,
         known: Mapping[tuple[int, int], Alignment],
     ) -> None:
         self.answers: dict[tuple[int, int], Alignment] = {}  # by the indices of (A, B)
         self.asked = 0
         self._grids, self._names, self._order, self._evidence = grids, names, order, evidence
-        self._method, self._scale, self._seed = method, scale, seed
-        self._budget = budget
-        self._known = known
+        self._ask, self._budget, self._known = ask, budget, known
 
     @property
     def is_spent(self) -> bool:
@@ -75,7 +71,7 @@ class Questions:
             self.asked += 1
             a, b = (self._grids[index] for index in pair)
             try:
-                answer = align(a, b, method=self._method, scale=self._scale, seed=self._seed)
+                answer = self._ask(a, b)
             except InputError as error:
                 raise InputError(f"{self._names[pair[0]]} and {self._names[pair[1]]}: {error}") from error
         self.answers[pair] = answer

@@ -11,9 +11,10 @@ from rectmerge.fleet import reasons
 from rectmerge.fleet.asking import Questions
 from rectmerge.fleet.bridges import find_bridges
 from rectmerge.fleet.complex_similarity import ComplexSimilarity, rms, to_complex
+from rectmerge.fleet.confidence import confidences
 from rectmerge.fleet.evidence import Pair, PairCandidate, relative
 from rectmerge.fleet.graph import AlignmentGraph, PairAnswer, Pairs, Placement
-from rectmerge.fleet.joining import Join, Joining
+from rectmerge.fleet.joining import Joining
 from rectmerge.fleet.uncertainty import Measurement, covariances, unsure
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.similarity import Similarity
@@ -113,11 +114,17 @@ def _placements(
     reference = members[0]
     grids = {index: named[names[index]] for index in members}
     edges = [edge for edge in agreeing if edge.pair[0] in grids]
-    pixels = {index: (joining.poses[reference].inverse() @ joining.poses[index]).to_similarity() for index in members}
+    to_reference = joining.poses[reference].inverse()
+    pixels = {index: (to_reference @ joining.poses[index]).to_similarity() for index in members}
+    pixels[reference] = Similarity()
     if len(members) == 2:  # what the pair says, to the last bit
-        pixels = {reference: Similarity(), members[1]: _pixels(edges[0], reference, questions)}
+        pixels[members[1]] = _pixels(edges[0], reference, questions)
     in_map_frame = {index: pixels_to_map_frame(pixels[index], grids[reference], grids[index]) for index in members}
+    in_map_frame[reference] = Similarity()  # exactly
     order = {name: place for place, name in enumerate(named)}
+    certain = confidences(members, reference, [edge.pair for edge in edges], joining)
+    if len(named) == 2:
+        certain[members[1]] = next(iter(questions.answers.values())).confidence
     unsureness = covariances(
         {names[index]: ComplexSimilarity.from_similarity(in_map_frame[index]) for index in members},
         {names[index]: _map_point(grids[index], joining.evidence.maps[index].centre) for index in members},
@@ -129,7 +136,7 @@ def _placements(
             reference=names[reference],
             to_reference=in_map_frame[index],
             pixels=pixels[index],
-            confidence=_confidence(index, reference, joining.joins),
+            confidence=certain[index],
             covariance=unsureness.get(names[index]),
             unit=grids[reference].unit,
             rests_on=tuple(_named_pair(edge.pair, names, order) for edge in edges if index in edge.pair),
@@ -162,15 +169,3 @@ def _measurement(
 
 def _map_point(grid: OccupancyGrid, pixel: complex) -> complex:
     return complex(to_complex(grid.pixel_to_map([pixel.real, pixel.imag])))
-
-
-def _confidence(index: int, reference: int, joins: Sequence[Join]) -> float:
-    """Return the product of the probabilities of the joins that put a map and the reference into one frame."""
-    confidence = 1.0
-    for join in joins:
-        here = set(join.left + join.right)
-        if not here.isdisjoint((index, reference)) and index != reference:
-            confidence *= join.probability
-            if here.issuperset((index, reference)):
-                break
-    return confidence

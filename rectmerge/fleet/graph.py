@@ -30,8 +30,7 @@ class Placement:
     pixels
         The same between the pixel centres of the two images.
     confidence
-        Probability that the map is in its right place relative to the reference, 0..1: the product of the joins
-        between them. Cycles that closed later are not counted.
+        Probability that the map lies right relative to the reference, 0..1; see `rectmerge.fleet.confidence`.
     covariance
         Shape (4, 4) over (angle, ln scale, tx, ty) about the centroid of the map's free space, in the reference's map
         frame; None for the reference.

@@ -34,8 +34,6 @@ class Join:
         From the frame of the right component to that of the left.
     log_odds
         Against every other placement and none.
-    probability
-        That the join is right.
     agreeing
         Candidates that say so.
     """
@@ -44,7 +42,6 @@ class Join:
     right: tuple[int, ...]
     placement: ComplexSimilarity
     log_odds: float
-    probability: float
     agreeing: tuple[PairCandidate, ...]
 
 
@@ -88,12 +85,24 @@ class Joining:
             for _ in range(self.params.place.passes):
                 self._refine(members)
 
-    def take(self, pair: Pair, confidence: float) -> None:
+    def take(self, pair: Pair) -> None:
         """Join two maps by the best candidate of their pair, whatever else is known."""
         best = self.evidence.candidates[pair][0]
-        (first, second), odds = pair, min(max(confidence, 1e-12), 1 - 1e-12)
-        log_odds = math.log(odds / (1 - odds))
-        self._make(Join((first,), (second,), best.placement, log_odds, confidence, (best,)))
+        self._make(Join((pair[0],), (pair[1],), best.placement, math.inf, (best,)))
+
+    def cut_log_odds(self, left: Sequence[int], right: Sequence[int]) -> float:
+        """Return the log-odds that two parts of a component lie right to each other, by all pairs between them."""
+        ours, theirs = set(left), set(right)
+        pairs = [
+            pair
+            for pair in sorted(self.evidence.candidates)
+            if (pair[0] in ours and pair[1] in theirs) or (pair[0] in theirs and pair[1] in ours)
+        ]
+        nats = [
+            self._score(placement, pairs, ours)[0]
+            for placement in self._proposals(left, right, pairs, first=ComplexSimilarity())
+        ]
+        return nats[0] - math.log(len(ours) * len(theirs)) - float(np.logaddexp.reduce([0.0, *nats[1:]]))
 
     def _best_offer(self) -> Join | None:
         """Return the most probable join of two components; None where none is probable enough."""
@@ -122,13 +131,22 @@ class Joining:
         others = [nats for index, (nats, _) in enumerate(scored) if index != best]
         chances = math.log(len(left) * len(right))  # of a false edge between the two
         log_odds = scored[best][0] - chances - float(np.logaddexp.reduce([0.0, *others]))
-        probability = float(1 / (1 + np.exp(-np.clip(log_odds, -30.0, 30.0))))
-        return Join(left, right, proposals[best], log_odds, probability, scored[best][1])
+        return Join(left, right, proposals[best], log_odds, scored[best][1])
 
-    def _proposals(self, left: Sequence[int], right: Sequence[int], pairs: Sequence[Pair]) -> list[ComplexSimilarity]:
-        """List the distinct placements of the right component on the left that candidates propose, likeliest first."""
+    def _proposals(
+        self,
+        left: Sequence[int],
+        right: Sequence[int],
+        pairs: Sequence[Pair],
+        *,
+        first: ComplexSimilarity | None = None,
+    ) -> list[ComplexSimilarity]:
+        """List the distinct placements of the right part on the left that candidates propose, likeliest first.
+
+        A given placement comes first whatever its odds.
+        """
         ours = set(left)
-        proposed = []
+        proposed = [] if first is None else [(math.inf, first)]
         for pair in pairs:
             for candidate in self.evidence.candidates[pair]:
                 if candidate.alone >= self.params.join.min_proposal:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge import methods
-from rectmerge.aligning import Scale
+from rectmerge.aligning import Scale, align
 from rectmerge.alignment import Alignment, Method
 from rectmerge.errors import InputError
-from rectmerge.fleet.asking import Questions
+from rectmerge.fleet.asking import AskPair, Questions
 from rectmerge.fleet.assembling import assemble
 from rectmerge.fleet.evidence import Evidence, Pair
 from rectmerge.fleet.graph import AlignmentGraph
@@ -59,33 +59,38 @@ def align_many(
     best first by the candidates of all asked pairs (`rectmerge.fleet.joining`), and placed by reweighted least squares
     (`rectmerge.fleet.placing`). Of two maps the answer is that of `rectmerge.align`.
     """
+    chosen = methods.make_method(method) if isinstance(method, str) else method
+
+    def ask(a: OccupancyGrid, b: OccupancyGrid) -> Alignment:
+        return align(a, b, method=chosen, scale=scale, seed=seed)
+
+    return build_graph(_named(maps), ask, method=chosen.name, budget=budget, earlier=earlier)
+
+
+def build_graph(
+    named: Mapping[str, OccupancyGrid],
+    ask: AskPair,
+    *,
+    method: str,
+    budget: int | None = None,
+    earlier: AlignmentGraph | None = None,
+) -> AlignmentGraph:
+    """Build the graph of some maps as `align_many` does, by a function that answers a pair (A, B)."""
     started = time.perf_counter()
-    named = _named(maps)
     if budget is not None and budget < 1:
         raise InputError(f"budget must be at least one pair, got {budget}")
-    chosen = methods.make_method(method) if isinstance(method, str) else method
     params = FleetParams()
-    faults = {name: unusable(grid) for name, grid in named.items()}
+    faults = {name: fault for name, grid in named.items() if (fault := unusable(grid))}
     order = {name: place for place, name in enumerate(named)}
-    samples = {name: MapSample.from_grid(grid) for name, grid in named.items() if not faults[name]}
-    names = sorted(samples, key=lambda name: (samples[name].digest, order[name]))  # as given in any order
+    samples = {name: MapSample.from_grid(grid) for name, grid in named.items() if name not in faults}
+    names = sorted(samples, key=lambda name: (samples[name].digest, order[name]))  # the same however they are given
+    grids = [named[name] for name in names]
     evidence = Evidence([samples[name] for name in names], params.evidence)
     questions = Questions(
-        [named[name] for name in names],
-        names,
-        [order[name] for name in names],
-        evidence,
-        method=chosen,
-        scale=scale,
-        seed=seed,
-        budget=budget,
-        known=_known(names, samples, earlier),
+        grids, names, [order[name] for name in names], evidence, ask, budget, _known(names, samples, earlier)
     )
-    joining = _join([named[name] for name in names], evidence, questions, params)
-    return assemble(
-        named, names, {name: fault for name, fault in faults.items() if fault}, joining, questions,
-        method=chosen.name, started=started,
-    )  # fmt: skip
+    joining = _join(grids, evidence, questions, params)
+    return assemble(named, names, faults, joining, questions, method=method, started=started)
 
 
 def _named(maps: Maps) -> dict[str, OccupancyGrid]:
@@ -116,8 +121,8 @@ def _join(grids: Sequence[OccupancyGrid], evidence: Evidence, questions: Questio
         return joining
     if len(grids) == 2:  # what the pair says is the answer
         questions.ask([(0, 1)])
-        for answer in filter(None, questions.answers.values()):
-            joining.take((0, 1), answer.confidence)
+        if any(questions.answers.values()):
+            joining.take((0, 1))
         return joining
     cosine = similarities([signature(grid, params.partner) for grid in grids], params.partner)
     questions.ask(partners(cosine, params.partner.partners))

@@ -15,6 +15,7 @@ from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 
 NAME = "alignment.json"
+FLEET_NAME = "fleet.json"  # of a merge of more than two maps
 
 
 def to_json_dict(alignment: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> dict[str, Any]:
@@ -54,6 +55,7 @@ class AlignmentFile:
             If there is no such file, or `rectmerge merge` did not write it.
         """
         file = _file_of(Path(path))
+        _refuse_fleet(file)
         with _explain_errors(file):
             record = json.loads(file.read_text(encoding="utf-8"))
             if not isinstance(record, dict):
@@ -84,6 +86,12 @@ def _file_of(path: Path) -> Path:
         if path.is_file():
             return path
     return path / NAME
+
+
+def _refuse_fleet(file: Path) -> None:
+    with contextlib.suppress(OSError):
+        if file.name == FLEET_NAME or (not file.exists() and (file.parent / FLEET_NAME).is_file()):
+            raise InputError(f"{file.parent}: holds more than two maps, but this is for the merge of two")
 
 
 @contextlib.contextmanager

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,10 @@ from rectmerge.io.image_file import encode_image
 from rectmerge.io.json_text import to_json
 from rectmerge.io.map_file import MAP_SAVER_LEGEND, encode_map
 
-RESULT_NAMES = re.compile(r"alignment\.json|view\.html|overlay(_\d+)?\.png|conflict\.png|merged\.(yaml|pgm)")
+RESULT_NAMES = re.compile(
+    r"(alignment|fleet)\.json|view\.html|transforms\.yaml|graph\.png|(overlay|conflict)(_\d+)?\.png|"
+    r"merged(_\d+)?\.(yaml|pgm)"
+)
 RAW = Legend(mode="raw")  # nav2 and ROS 1 read it alike and exactly; mode scale they grade differently
 
 
@@ -91,9 +94,18 @@ class ResultFolder:
         """
         files = {name: encode_image(picture, ".png") for name, picture in pictures.items()}
         if merged is not None:
-            legend = RAW if shaded else MAP_SAVER_LEGEND
-            files["merged.pgm"], files["merged.yaml"] = encode_map(merged, "merged.pgm", legend)
+            files |= merged_files(merged, "merged", shaded=shaded)
         files["alignment.json"] = (to_json(alignment) + "\n").encode()
+        return self.replace(files)
+
+    def replace(self, files: Mapping[str, bytes]) -> list[Path]:
+        """Replace earlier results by files with these names and contents, the last one last; return them.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be written; earlier results are then still there.
+        """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             earlier = self._files()
@@ -115,6 +127,12 @@ class ResultFolder:
     def _entries(self) -> list[Path]:
         """Return the files and folders with the name of a result."""
         return [p for p in self.path.iterdir() if RESULT_NAMES.fullmatch(p.name)] if self.path.is_dir() else []
+
+
+def merged_files(merged: OccupancyGrid, stem: str, *, shaded: bool) -> dict[str, bytes]:
+    """Return the image and the YAML of a merged map by name, in mode raw if shaded."""
+    image, header = encode_map(merged, f"{stem}.pgm", RAW if shaded else MAP_SAVER_LEGEND)
+    return {f"{stem}.pgm": image, f"{stem}.yaml": header}
 
 
 def _is_folder(path: Path) -> bool:

@@ -97,17 +97,22 @@ def inputs_json_dict(
         frame of the grid.
     """
     return {
-        name: {
-            "given": map_input.given,
-            "path": os.path.relpath(_resolved(map_input.path), resolve_links(Path(folder))),
-            **{grey: map_input.greys.get(grey) if map_input.is_plain else None for grey in GREYS},
-            "dialect": map_input.dialect,
-            "strict_thresholds": map_input.strict,
-            "resolution": map_input.resolution,
-            "metres_per_cell": None if grid is None else grid.resolution,
-            "frame": None if grid is None else grid.frame,
-        }
+        name: input_json_dict(folder, map_input, grid)
         for name, map_input, grid in zip("ab", (a, b), grids, strict=True)
+    }
+
+
+def input_json_dict(folder: str | Path, map_input: Input, grid: OccupancyGrid | None) -> dict[str, Any]:
+    """Return the entry of one map of a merge, as `inputs_json_dict` does for two."""
+    return {
+        "given": map_input.given,
+        "path": os.path.relpath(_resolved(map_input.path), resolve_links(Path(folder))),
+        **{grey: map_input.greys.get(grey) if map_input.is_plain else None for grey in GREYS},
+        "dialect": map_input.dialect,
+        "strict_thresholds": map_input.strict,
+        "resolution": map_input.resolution,
+        "metres_per_cell": None if grid is None else grid.resolution,
+        "frame": None if grid is None else grid.frame,
     }
 
 

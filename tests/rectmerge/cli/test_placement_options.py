@@ -160,10 +160,6 @@ BAD = {
         ["--resolution-b", "nan"],
         "--resolution-b: nan is not a positive number of metres per cell",
     ),
-    "three maps": (
-        ["c.yaml"],
-        "two at a time: merge the first two, then their merged.yaml with the next",
-    ),
     "no dialect": (["--dialect", "ros3"], "ros3"),
 }
 

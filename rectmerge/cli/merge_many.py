@@ -1,0 +1,170 @@
+"""Merge of more than two maps, for the command `rectmerge merge`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rectmerge.cli import console
+from rectmerge.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from rectmerge.aligning import Scale
+    from rectmerge.alignment import Alignment, Method
+    from rectmerge.composing.compose import CellsOf, Rule
+    from rectmerge.fleet.asking import AskPair
+    from rectmerge.fleet.graph import AlignmentGraph
+    from rectmerge.grid import OccupancyGrid
+    from rectmerge.results.inputs import Input
+
+PROGRESS_SECONDS = 5.0
+PAIRS_PER_MAP = 5  # asked, about
+
+MoreMaps = Annotated[list[Path] | None, typer.Argument(metavar="[C ...]", help="More maps, any number.")]
+Reference = Annotated[
+    str | None,
+    typer.Option(metavar="MAP", help="Of more than two maps, the one whose frame and cells are kept; else A."),
+]
+AllOrNothing = Annotated[
+    bool, typer.Option("--all-or-nothing", metavar="", help="Of more than two maps, write a map only of all.")
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FleetOptions:
+    """Options on the merge of more than two maps."""
+
+    reference: Reference = None
+    all_or_nothing: AllOrNothing = False
+
+    def refuse(self) -> None:
+        """Refuse these options for two maps."""
+        if self.reference is not None or self.all_or_nothing:
+            option = "--all-or-nothing" if self.reference is None else "--reference"
+            raise InputError(f"{option} is for more than two maps; of two, A's frame is kept")
+
+    def ordered(self, maps: Mapping[str, OccupancyGrid], inputs: Sequence[Input]) -> dict[str, OccupancyGrid]:
+        """Return the maps with the reference first."""
+        first = next(iter(maps))
+        if self.reference is not None:
+            by_path = {one.given: name for one, name in zip(inputs, maps, strict=True)}
+            first = by_path.get(self.reference, self.reference)
+            if first not in maps:
+                raise InputError(f"--reference {self.reference} is none of the maps: {', '.join(maps)}")
+        return {first: maps[first], **maps}
+
+
+def map_names(inputs: Sequence[Input]) -> list[str]:
+    """Name maps by their files without suffix, or by their paths where those are not distinct.
+
+    Raises
+    ------
+    InputError
+        If a map is given twice.
+    """
+    given = [one.given for one in inputs]
+    if twice := [name for name in given if given.count(name) > 1]:
+        raise InputError(f"{twice[0]}: is given twice; name each map once")
+    stems = [Path(name).stem for name in given]
+    return stems if len(set(stems)) == len(stems) else given
+
+
+def merge_many(
+    inputs: Sequence[Input],
+    output: Path,
+    options: FleetOptions,
+    *,
+    method: Method,
+    scale: Scale,
+    seed: int,
+    rule: Rule,
+    cells: CellsOf | float,
+    is_checked: bool,
+    force: bool,
+    json: bool,
+) -> None:
+    """Place more than two maps together, write a merged map of each component, and exit with the status."""
+    from rectmerge.cli.map_options import input_files, read_maps
+    from rectmerge.fleet.many import build_graph
+    from rectmerge.fleet.outcome import answer_of, describe, graph_picture
+    from rectmerge.fleet.record import to_json_dict, transforms_yaml
+    from rectmerge.io.image_file import encode_image
+    from rectmerge.io.json_text import to_json
+    from rectmerge.results.folder import ResultFolder
+    from rectmerge.results.inputs import input_json_dict
+
+    names = map_names(inputs)
+    folder = ResultFolder(output)
+    folder.check(input_files(inputs), force=force)
+    maps = dict(zip(names, read_maps(inputs), strict=True))
+    ordered = options.ordered(maps, inputs)
+    reference = next(iter(ordered))
+    if cells != "a" and maps[reference].resolution is None:
+        raise InputError(f"{reference}: its resolution is not known: keep --output-resolution a")
+    ask = _asking(len(maps), method, scale, seed, is_checked=is_checked)
+    graph = build_graph(ordered, ask, method=method.name)
+    files: dict[str, bytes] = {}
+    pictures: dict[str, NDArray[np.uint8]] = {"graph.png": graph_picture(graph, ordered)}
+    merged: list[str | None] = [None] * len(graph.components)
+    if graph or not options.all_or_nothing:
+        files, more, merged = _merged(graph, ordered, reference, rule, cells)
+        pictures |= more
+    files |= {name: encode_image(picture, ".png") for name, picture in pictures.items()}
+    files["transforms.yaml"] = transforms_yaml(graph, merged)
+    entries = {name: input_json_dict(output, one, maps[name]) for name, one in zip(names, inputs, strict=True)}
+    record = to_json_dict(graph, maps, entries, merged)
+    files["fleet.json"] = (to_json(record) + "\n").encode()
+    written = folder.replace(files)
+    typer.echo(to_json(record) if json else describe(graph, written, merged=merged))
+    raise typer.Exit(console.STATUS[answer_of(graph)])
+
+
+def _merged(
+    graph: AlignmentGraph, maps: Mapping[str, OccupancyGrid], reference: str, rule: Rule, cells: CellsOf | float
+) -> tuple[dict[str, bytes], dict[str, NDArray[np.uint8]], list[str | None]]:
+    """Return the files of the merged maps, their pictures, and the name of each component's map."""
+    from rectmerge.composing.rules import SHADING
+    from rectmerge.fleet.outcome import component_pictures, compose_component, merged_stems
+    from rectmerge.io.map_file import has_shades
+    from rectmerge.results.folder import merged_files
+
+    files: dict[str, bytes] = {}
+    pictures: dict[str, NDArray[np.uint8]] = {}
+    stems = merged_stems(graph, reference)
+    for names, stem in zip(graph.components, stems, strict=True):
+        composition = compose_component(graph, names, maps, rule, cells)
+        is_shaded = rule in SHADING and has_shades(composition.grid)
+        files |= merged_files(composition.grid, stem, shaded=is_shaded)
+        pictures |= component_pictures(graph, names, maps, composition, stem)
+    return files, pictures, [f"{stem}.yaml" for stem in stems]
+
+
+def _asking(count: int, method: Method, scale: Scale, seed: int, *, is_checked: bool) -> AskPair:
+    """Return a function that aligns a pair, has the answer checked, and notes progress now and then."""
+    from rectmerge.aligning import align
+    from rectmerge.judging import confirm
+
+    about = min(count * (count - 1) // 2, PAIRS_PER_MAP * count)
+    started = last = time.monotonic()
+    asked = 0
+
+    def ask(a: OccupancyGrid, b: OccupancyGrid) -> Alignment:
+        nonlocal asked, last
+        now = time.monotonic()
+        if asked and now - last >= PROGRESS_SECONDS:
+            left = (now - started) / asked * max(0, about - asked)
+            console.note(f"rectmerge: {asked} of about {about} pairs asked, about {left:.0f} s left")
+            last = now
+        asked += 1
+        alignment = align(a, b, method=method, scale=scale, seed=seed)
+        return confirm(a, b, alignment, method=method, scale=scale, seed=seed) if is_checked else alignment
+
+    return ask
