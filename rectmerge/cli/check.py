@@ -45,5 +45,5 @@ def check(
         moved = displacement_cells(grid_b, placement, judged.candidates[0].pixels) if judged.candidates else 0.0
         typer.echo(to_json(to_json_dict(judged, grid_a, grid_b) | {"moved_cells": moved}))
     else:
-        typer.echo("\n".join([describe(judged, is_given=True), *describe_check(judged, grid_b, placement)]))
+        console.tell("\n".join([describe(judged, is_given=True), *describe_check(judged, grid_b, placement)]))
     raise typer.Exit(console.STATUS[judged.verdict])

@@ -88,7 +88,17 @@ def run(app: typer.Typer, prog: str, args: Sequence[str] | None = None) -> int:
 
 def say(line: str) -> None:
     """Write a line to stderr, where progress, notes and errors go."""
-    typer.echo(line, err=True)
+    typer.echo(printable(line), err=True)
+
+
+def tell(text: str, *, ends_line: bool = True) -> None:
+    """Write an answer to stdout, without the control characters that files may hold."""
+    typer.echo(printable(text), nl=ends_line)
+
+
+def printable(text: str) -> str:
+    """Return text whose unprintable characters, except line ends and tabs, are written as escapes."""
+    return "".join(c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text)
 
 
 def note(line: str) -> None:

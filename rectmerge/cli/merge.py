@@ -149,7 +149,7 @@ def merge(
         record["certificate"] = certificate.as_dict()
     is_shaded = merged is not None and rule in SHADING and has_shades(merged)
     files = folder.write(record, pictures, merged, shaded=is_shaded)
-    typer.echo(to_json(record) if json else describe(alignment, files, certificate, is_shaded=is_shaded))
+    console.tell(to_json(record) if json else describe(alignment, files, certificate, is_shaded=is_shaded))
     raise typer.Exit(console.STATUS[alignment.verdict])
 
 

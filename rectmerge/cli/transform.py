@@ -84,7 +84,7 @@ def transform(
     for note in _notes(placement, has_scale=points is not None or form == "matrix"):
         console.note(f"rectmerge: {note}")
     if output is None:
-        typer.echo(text, nl=False)
+        console.tell(text, ends_line=False)
     else:
         replace_file(output, text.encode())
 

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
-from rectmerge.alignment import Alignment, Verdict
+from rectmerge.alignment import SCHEMA, Alignment, Verdict
 from rectmerge.analysis.shared_area import measure_shared_area
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
+from rectmerge.results.folder import note_interrupted
 
 NAME = "alignment.json"
 FLEET_NAME = "fleet.json"  # of a merge of more than two maps
@@ -56,12 +57,14 @@ class AlignmentFile:
         """
         file = _file_of(Path(path))
         _refuse_fleet(file)
+        note_interrupted(file.parent)
         with _explain_errors(file):
             record = json.loads(file.read_text(encoding="utf-8"))
             if not isinstance(record, dict):
                 raise ValueError("no JSON object")
             if record["verdict"] not in get_args(Verdict):
                 raise ValueError(f"no verdict {record['verdict']!r}")
+            _require_agreement(record)
             return cls(file, record["verdict"], str(record["reason"]), record)
 
     @property
@@ -79,6 +82,15 @@ class AlignmentFile:
     def explain_errors(self) -> contextlib.AbstractContextManager[None]:
         """Turn the errors of a key that is missing or unusable into an `InputError` that names the file."""
         return _explain_errors(self.path)
+
+
+def _require_agreement(record: Mapping[str, Any]) -> None:
+    """Refuse a record of another version, or one whose answer is not its first candidate's."""
+    if record["schema"] != SCHEMA:
+        raise ValueError(f"its schema is {record['schema']!r:.60}, not {SCHEMA!r}")
+    for key in ("b_to_a", "pixels"):
+        if record.get(key) is not None and record[key] != record["candidates"][0][key]:
+            raise ValueError(f"its {key} is not that of its first candidate")
 
 
 def _file_of(path: Path) -> Path:
@@ -102,5 +114,5 @@ def _explain_errors(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: cannot be read: {error.strerror}; name the folder of a merge") from None
     except KeyError as error:
         raise InputError(f"{path}: not an answer of rectmerge merge: there is no {error}; merge again") from None
-    except (ValueError, TypeError, RecursionError) as error:
+    except (ValueError, TypeError, LookupError, ArithmeticError, AttributeError, RecursionError) as error:
         raise InputError(f"{path}: not an answer of rectmerge merge: {error}; merge again") from None

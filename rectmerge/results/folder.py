@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 from collections.abc import Iterable, Mapping
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from rectmerge.io.atomic_file import replace_files, resolve_links
+from rectmerge.io.atomic_file import finish_interrupted, replace_files, resolve_links
 from rectmerge.io.dialects import Legend
 from rectmerge.io.image_file import encode_image
 from rectmerge.io.json_text import to_json
@@ -24,6 +25,7 @@ RESULT_NAMES = re.compile(
     r"(alignment|fleet)\.json|view\.html|transforms\.yaml|graph\.png|(overlay|conflict)(_\d+)?\.png|"
     r"merged(_\d+)?\.(yaml|pgm)"
 )
+LOGGER = logging.getLogger("rectmerge")
 RAW = Legend(mode="raw")  # nav2 and ROS 1 read it alike and exactly; mode scale they grade differently
 
 
@@ -54,6 +56,7 @@ class ResultFolder:
             is_writable = False
         if not is_writable:
             raise InputError(f"{self.path}: cannot be written; name another folder with -o")
+        note_interrupted(self.path)
         for file in inputs:
             if self.owns(file):
                 raise InputError(
@@ -133,6 +136,12 @@ def merged_files(merged: OccupancyGrid, stem: str, *, shaded: bool) -> dict[str,
     """Return the image and the YAML of a merged map by name, in mode raw if shaded."""
     image, header = encode_map(merged, f"{stem}.pgm", RAW if shaded else MAP_SAVER_LEGEND)
     return {f"{stem}.pgm": image, f"{stem}.yaml": header}
+
+
+def note_interrupted(folder: Path) -> None:
+    """Finish or undo what a killed command left half done in a folder of results, and say so."""
+    if done := finish_interrupted(folder):
+        LOGGER.warning("%s: %s", folder, done)
 
 
 def _is_folder(path: Path) -> bool:

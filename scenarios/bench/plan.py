@@ -84,7 +84,7 @@ def plan_run(
     """
     if EVERYBODY in methods:
         methods = [name for name in methods if name != EVERYBODY] + [entry.label for entry in contenders()]
-    programs = labelled([Program(command=command) for command in commands], methods)
+    programs = labelled([Program.parse(command) for command in commands], methods)
     others = [Contender(label=label, method=program, knows_scale=knows_scale) for label, program in programs.items()]
     default = [] if others else [DEFAULT_METHOD]
     # `make demo` leaves a folder `demo`, which must not hide the suite of that name

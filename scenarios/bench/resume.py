@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError
 from rectmerge.io.json_text import plain
 from scenarios.execution.journal import Journal
-from scenarios.scoring.row import Row
+from scenarios.scoring.row import Row, row_fault
 
 RECORD, MACHINE, RESULTS, SUMMARY = "run.toml", "machine.json", "results.jsonl", "summary.json"
 TOLD_APART_BY = ("suite", "seed", "methods", "pairs")  # keys of the record, for people
@@ -100,14 +100,18 @@ def read_row_file(path: Path) -> Iterator[Row]:
     InputError
         If a line is not a row.
     """
-    with path.open("rb") as lines:
+    try:
+        lines = path.open("rb")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    with lines:
         for number, line in enumerate(lines, start=1):
             try:
                 row = json.loads(line)
-            except ValueError as error:
-                raise InputError(f"{path}:{number}: not JSON: {error}") from error
-            if not isinstance(row, dict):
-                raise InputError(f"{path}:{number}: not a row of a run")
+            except (ValueError, RecursionError) as error:
+                raise InputError(f"{path}:{number}: not JSON: {error}") from None
+            if why := row_fault(row):
+                raise InputError(f"{path}:{number}: not a row of a run: {why}")
             yield cast(Row, row)
 
 

@@ -14,7 +14,7 @@ from scenarios.execution.terminal import progress
 def check_method(
     name: Annotated[str | None, typer.Argument(metavar="NAME", help="A registered method.")] = None,
     method_command: Annotated[
-        str | None, typer.Option(metavar="'PROG {a} {b}'", help="A program of any language as a method.")
+        str | None, typer.Option(metavar="[NAME=]'PROG {a} {b}'", help="A program of any language as a method.")
     ] = None,
 ) -> None:
     """Put a method to six easy pairs of maps, twice each, and name what is wrong with it.
@@ -30,8 +30,8 @@ def check_method(
 
     if (name is None) == (method_command is None):
         raise InputError("name a registered method, or give a program by --method-command")
-    method = make_method(name) if name is not None else Program(command=method_command or "")
+    method = make_method(name) if name is not None else Program.parse(method_command or "")
     with progress(len(VIEWS)) as advance:
         checked = check(name or "command", method, on_answer=lambda pair: advance(1, pair))
-    typer.echo(checked.as_text())
+    console.tell(checked.as_text())
     raise typer.Exit(console.NO if checked.complaints else console.YES)

@@ -25,7 +25,7 @@ def run(
     ] = None,
     method_command: Annotated[
         list[str] | None,
-        typer.Option(metavar="'PROG {a} {b}'", help="A program of any language as a method; may be repeated."),
+        typer.Option(metavar="[NAME=]'PROG {a} {b}'", help="A program of any language as a method; may be repeated."),
     ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="M.F=V", help="Set a field of a method; may be repeated.")
@@ -53,7 +53,8 @@ def run(
 
     An answer that takes more than its limits is ended and counts as failed. A program gets two image files for {a}
     and {b}, or map_server files for {a_yaml} and {b_yaml}; the last line it prints is the 2x3 matrix from B's pixels to
-    A's, six numbers row by row, and perhaps its confidence. Status 1 means rejected, any other but 0 is an error.
+    A's, six numbers row by row, and perhaps its confidence; or the word rejected. Any other last line, and any status
+    but 0, is an error. A program is named by NAME=, or by its script. The status is 1 if every answer is an error.
 
     With --known-scale the methods are told how many cells of A a cell of B is: the true number, and of two places the
     ratio of the resolutions. Programs get it for {scale}.
@@ -89,8 +90,24 @@ def run(
     if as_json:
         typer.echo(to_json(summary))
     else:
-        typer.echo(summary_table(summary))
+        console.tell(summary_table(summary))
         typer.echo(f"written: {output}")
+    if reason := _common_failure(output):
+        console.say(f"rectbench: every answer failed, the first by: {reason}")
+        raise typer.Exit(console.NO)
+
+
+def _common_failure(folder: Path) -> str:
+    """Return the reason of the first row where every row of a run is a failure; empty where one is an answer."""
+    from scenarios.bench.resume import RESULTS, read_row_file
+    from scenarios.scoring.score import FAILURES
+
+    first = ""
+    for row in read_row_file(folder / RESULTS):
+        if row["outcome"] not in FAILURES:
+            return ""
+        first = first or f"{row['outcome']}: {row['reason']}"
+    return first
 
 
 def compare(
@@ -105,5 +122,5 @@ def compare(
     from scenarios.studies.compare import compare_runs
 
     compared = compare_runs(run_folder, baseline)
-    typer.echo(compared.page())
+    console.tell(compared.page())
     raise typer.Exit(console.NO if compared.regressions else console.YES)

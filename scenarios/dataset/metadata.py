@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from rectmerge.analysis.overlap import measure_agreement
 from rectmerge.errors import DatasetError, InputError
-from rectmerge.io.map_file import read_map
+from rectmerge.io.atomic_file import resolve_links
+from rectmerge.io.map_file import map_files, read_map
 from rectmerge.similarity import Similarity
 from scenarios.pairs.pair import MapPair
 from scenarios.pairs.truth import control_point_rmse
@@ -68,6 +69,9 @@ class CheckedRow:
         MapFileError
             If one of them cannot be read.
         """
+        for name in (self.map_a, self.map_b):
+            for file in map_files(self.folder / name):
+                _require_inside(file, self.folder)
         a, b = (read_map(self.folder / name) for name in (self.map_a, self.map_b))
         overlap = self.overlap
         if overlap is None and self.pixels is not None:
@@ -135,7 +139,7 @@ def parse_row(line: MetadataLine) -> dict[str, Any]:
     """Parse a row; an error names the line and the reason."""
     try:
         row = json.loads(line.text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise DatasetError(f"{line.place}: not JSON: {error}") from error
     if not isinstance(row, dict):
         raise DatasetError(f"{line.place}: a row is an object, got {type(row).__name__}")
@@ -186,6 +190,12 @@ def check_row(row: dict[str, Any], folder: Path, suite: str, place: str) -> Chec
         raise DatasetError(f"{place}: {error}") from error
 
 
+def _require_inside(file: Path, folder: Path) -> None:
+    """Refuse a file that a link or a YAML places outside the split's folder: a data set is whole in itself."""
+    if not resolve_links(file).is_relative_to(resolve_links(folder)):
+        raise DatasetError(f"{file} leads out of the data set, to {resolve_links(file)}")
+
+
 def _typed(row: dict[str, Any], key: str, kind: type[T]) -> T:
     if key not in row:
         raise DatasetError(f"{key} is missing")
@@ -219,7 +229,7 @@ def _numbers(row: dict[str, Any], key: str, shape: tuple[int, ...]) -> NDArray[n
         array = np.asarray(row[key], dtype=np.float64)
     except KeyError:
         raise DatasetError(f"{key} is missing") from None
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise DatasetError(f"{key} must be {wanted}, got {row[key]!r:.60}") from None
     fits = array.ndim == len(shape) and all(
         n == s or (s < 0 and n >= 2) for n, s in zip(array.shape, shape, strict=True)
@@ -251,4 +261,5 @@ def _map_file(row: dict[str, Any], key: str, folder: Path) -> str:
         raise DatasetError(f"{key} must stay inside the data set, got {name!r}")
     if not (folder / name).is_file():
         raise DatasetError(f"{key}: there is no file {name!r}")
+    _require_inside(folder / name, folder)
     return name

@@ -8,10 +8,12 @@ import ctypes
 import functools
 import os
 import pickle
+import shutil
 import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable
@@ -21,6 +23,7 @@ from typing import Any, Literal, TypeVar
 
 from rectmerge.errors import InputError
 from scenarios.execution.attempt import Attempt, attempt, memory_mb
+from scenarios.execution.processes import adopt_orphans, end_descendants
 
 T = TypeVar("T")
 TIMEOUT_S = 300.0  # of one answer
@@ -105,6 +108,7 @@ def die_with(parent: int) -> None:
 def serve(handle: int, parent: int) -> None:
     """Make calls until the other end of the pipe is closed; the loop of a child process."""
     die_with(parent)
+    adopt_orphans()
     import cv2
 
     cv2.setNumThreads(1)  # one core per answer, so that times mean the same with any number of workers
@@ -148,6 +152,7 @@ class _Child:
 
     def __init__(self, does: Does) -> None:
         self._does: Does = does
+        self._folder = tempfile.mkdtemp(prefix="rectbench-")  # this process's own: a killed child removes nothing
         ours, theirs = socket.socketpair()
         code = (
             f"import sys; sys.path[:] = {sys.path!r}; "
@@ -157,7 +162,8 @@ class _Child:
         self._process = subprocess.Popen(
             [sys.executable, "-c", code],
             pass_fds=[theirs.fileno()],
-            env={name: value for name, value in os.environ.items() if name not in COSTLY_SETTINGS},
+            env={name: value for name, value in os.environ.items() if name not in COSTLY_SETTINGS}
+            | {"TMPDIR": self._folder},
             start_new_session=True,
             stdin=subprocess.DEVNULL,
             stdout=2,  # what a method prints must not get into the summary
@@ -210,10 +216,12 @@ class _Child:
         return Attempt(failure="timeout", reason=f"{what} within {limits.timeout_s:g} s")
 
     def stop(self) -> None:
+        end_descendants(self._process.pid)  # some may have left its session
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
         self._pipe.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
 
 
 _own = threading.local()
@@ -228,6 +236,7 @@ def _own_child(does: Does) -> _Child:
     if child is None or not child.is_alive:
         if child is not None:
             _started.discard(child)
+            child.stop()
         child = children[does] = _Child(does)
         _started.add(child)
     return child

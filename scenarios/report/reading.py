@@ -94,16 +94,22 @@ class Runs:
 def _provenance(folder: Path) -> Provenance:
     try:
         record = json.loads((folder / MACHINE).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{folder / MACHINE}: cannot be read: {error}") from error
-    machine = f"{record['processor']}, {record['cores']} cores, {record['system']}, Python {record['python']}"
-    return Provenance(record["command"], record["commit"] or "unknown", machine)
+        machine = f"{record['processor']}, {record['cores']} cores, {record['system']}, Python {record['python']}"
+        return Provenance(str(record["command"]), str(record["commit"] or "unknown"), machine)
+    except (OSError, ValueError, TypeError, RecursionError) as error:
+        raise InputError(f"{folder / MACHINE}: cannot be read: {error}") from None
+    except KeyError as error:
+        raise InputError(f"{folder / MACHINE}: is not that of a run: there is no {error}") from None
 
 
 def _maps(folder: Path) -> dict[str, RowSource]:
     """Find the pairs of a run's own data set, or of the one that it was run on, if that is still there."""
-    record: dict[str, Any] = tomllib.loads((folder / RECORD).read_text(encoding="utf-8"))
-    for path in (folder / DATASET, Path(record.get("dataset", folder / DATASET))):
+    try:
+        record: dict[str, Any] = tomllib.loads((folder / RECORD).read_text(encoding="utf-8"))
+        paths = (folder / DATASET, Path(record.get("dataset", folder / DATASET)))
+    except (OSError, ValueError, TypeError, RecursionError) as error:
+        raise InputError(f"{folder / RECORD}: cannot be read: {error}") from None
+    for path in paths:
         if is_dataset(path):
             return {source.pair_id: source for source in open_dataset(path) if isinstance(source, RowSource)}
     return {}

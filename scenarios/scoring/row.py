@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, TypedDict
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, TypedDict, get_args
 
 from rectmerge.alignment import Verdict
 from scenarios.scoring.score import RIGHT, ErrorValues, Grade, Outcome, Stratum
+
+MOST = 1e300  # of a number in a row: more are damage
 
 
 class Seconds(TypedDict):
@@ -93,6 +97,36 @@ def empty_row(
         "info": None,
         "trace": None,
     }
+
+
+def row_fault(row: object) -> str:
+    """Return what keeps an object from being a row, such as a missing id or an impossible number; empty if nothing."""
+    if not isinstance(row, dict):
+        return f"it is a {type(row).__name__}"
+    for key in ("pair_id", "suite", "place", "method", "reason"):
+        if not isinstance(row.get(key), str):
+            return f"{key} must be text, got {row.get(key)!r:.40}"
+    for key, allowed in (("outcome", get_args(Outcome)), ("stratum", get_args(Stratum))):
+        if row.get(key) not in allowed:
+            return f"{key} must be one of {', '.join(allowed)}, got {row.get(key)!r:.40}"
+    for key, kind in _CONTAINERS.items():
+        if not isinstance(row.get(key), kind | None):
+            return f"{key} must be of type {kind.__name__} or null"
+    numbers = {key: row.get(key) for key in ("overlap", "residual_px", "extent_px", "peak_mb")}
+    return _numbers_fault(numbers | (row.get("seconds") or {}) | (row.get("errors") or {}))
+
+
+def _numbers_fault(numbers: Mapping[str, Any]) -> str:
+    """Return which number is none, or cannot be: infinite or negative."""
+    for key, value in numbers.items():
+        if value is not None and not (isinstance(value, int | float) and 0 <= value < MOST):
+            return f"{key} must be a number from 0, or null"
+    return ""
+
+
+_CONTAINERS = MappingProxyType(
+    {"candidates": list, "evidence": list, "grades": list, "errors": dict, "seconds": dict, "info": dict, "trace": dict}
+)
 
 
 def checked_outcome(row: Row) -> Outcome:

@@ -29,6 +29,7 @@ Outcome = Literal[
 Stratum = Literal["required", "optional", "unrelated"]
 Grade = Literal["fine", "right", "coarse", "off"]
 
+FAILURES: tuple[Outcome, ...] = ("error", "timeout", "out-of-memory")
 RIGHT: tuple[Grade, ...] = ("fine", "right")
 UNRELATED_BELOW = 0.05  # overlap
 REQUIRED_FROM = 0.15

@@ -132,3 +132,11 @@ def test_an_interrupt_that_python_would_lose_in_a_callback_is_raised_again():
     ended = subprocess.run([sys.executable, "-c", LOST], capture_output=True, text=True, timeout=20)
 
     assert (ended.returncode, ended.stderr.strip()) == (130, "tool: interrupted")
+
+
+@pytest.mark.parametrize("write", [console.say, console.tell])
+def test_control_characters_of_files_do_not_reach_the_terminal(write, capsys):
+    write("map \x1b]0;title\x07\x1b[2J \u202e \udc80 \u00e4\t1\nnext")
+
+    out, err = capsys.readouterr()
+    assert out + err == "map \\x1b]0;title\\x07\\x1b[2J \\u202e \\udc80 \u00e4\t1\nnext\n"

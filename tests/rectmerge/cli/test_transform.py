@@ -41,6 +41,7 @@ def write_units(merged, tmp_path_factory):
         record = json.loads((merged / "alignment.json").read_text())
         for candidate in record["candidates"]:
             candidate["b_to_a"]["unit"], candidate["shared"]["unit"] = unit_a, unit_b
+        record["b_to_a"] = record["candidates"][0]["b_to_a"]
         folder = tmp_path_factory.mktemp("units")
         (folder / "alignment.json").write_text(json.dumps(record))
         return folder
@@ -101,6 +102,7 @@ def test_a_merge_becomes_a_line_for_tf(merged, monkeypatch, capsys):
 def test_a_scale_that_tf_cannot_carry_is_told_with_what_it_costs(merged, tmp_path, monkeypatch, capsys):
     record = json.loads((merged / "alignment.json").read_text())
     record["candidates"][0]["b_to_a"]["scale"] *= 1.02
+    record["b_to_a"] = record["candidates"][0]["b_to_a"]
     (tmp_path / "alignment.json").write_text(json.dumps(record))
 
     assert rectmerge(monkeypatch, "transform", tmp_path, "--as", "pose") == 0

@@ -105,7 +105,7 @@ def test_an_answer_of_garbage_is_one_line(write_answer, tmp_path, capsys, change
 def test_a_mirrored_placement_is_refused(write_answer, tmp_path, capsys):
     folder = write_answer(tmp_path)
     record = json.loads((folder / "alignment.json").read_text())
-    record["candidates"][0]["pixels"] = [[1, 0, 0], [0, -1, 0]]
+    record["pixels"] = record["candidates"][0]["pixels"] = [[1, 0, 0], [0, -1, 0]]
     (folder / "alignment.json").write_text(json.dumps(record))
 
     assert rectmerge("view", folder) == 2

@@ -13,6 +13,7 @@ from rosbags import rosbag1, rosbag2
 
 import rectmerge as rm
 from rectmerge.errors import MapFileError
+from rectmerge.io import bag_sizes
 from rectmerge.io.bag_file import bag_files, is_bag, read_bag_map, split_bag
 from rectmerge.io.map_file import map_files, read_map
 from tests.rectmerge import bags
@@ -61,6 +62,16 @@ def test_compressed_bags_are_read(tmp_path, kind, compression):
     bag = bags.write(tmp_path, kind, compression=compression)
 
     assert read_map(f"{bag}:/map").occupancy.tolist() == [list(row) for row in LAID]
+
+
+@pytest.mark.parametrize("name", ["mcap by chunk", *(name for name, (kind, _) in COMPRESSED.items() if kind == "bag")])
+def test_a_chunk_is_not_unpacked_beyond_the_largest_map(tmp_path, monkeypatch, name):
+    kind, compression = COMPRESSED[name]
+    bag = bags.write(tmp_path, kind, compression=compression)
+    monkeypatch.setattr(bag_sizes, "MOST_CHUNK_BYTES", 50)
+
+    with pytest.raises(MapFileError, match=r"broken.*a chunk .* more than [^\n]*50|a chunk of \d+ bytes"):
+        read_map(f"{bag}:/map")
 
 
 def test_the_tables_of_the_first_distributions_are_read(tmp_path):

@@ -11,7 +11,7 @@ from rectmerge.results.alignment_json import AlignmentFile
 from tests import drawing
 
 A, B = (drawing.DATA / f"building_{name}.yaml" for name in "ab")
-TOLD = {"verdict": "rejected", "reason": "told so", "method": "told"}
+TOLD = {"schema": "rectmerge.alignment/1", "verdict": "rejected", "reason": "told so", "method": "told"}
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +52,42 @@ def test_what_is_no_answer_is_refused_in_one_line(tmp_path, content):
 
     with pytest.raises(InputError, match=r"alignment\.json: not an answer of rectmerge merge: [^\n]*; merge again$"):
         AlignmentFile.read(tmp_path)
+
+
+def edited(record, *keys, value):
+    """A record with the value at a path of keys replaced."""
+    if not keys:
+        return value
+    copy = dict(record) if isinstance(record, dict) else list(record)
+    copy[keys[0]] = edited(record[keys[0]], *keys[1:], value=value)
+    return copy
+
+
+EDITS = {
+    "another schema": (("schema",), "rectmerge.alignment/9", "its schema is 'rectmerge.alignment/9'"),
+    "a number of the answer": (("b_to_a", "scale"), 2.0, "its b_to_a is not that of its first candidate"),
+    "a number of its pixels": (("pixels", 0, 2), 7.0, "its pixels is not that of its first candidate"),
+    "no candidate": (("candidates",), [], "not an answer of rectmerge merge"),
+    "candidates of text": (("candidates",), "none", "not an answer of rectmerge merge"),
+}
+
+
+@pytest.mark.parametrize(("keys", "value", "message"), EDITS.values(), ids=EDITS)
+def test_an_answer_that_was_edited_is_refused(merged, tmp_path, capsys, keys, value, message):
+    record = json.loads((merged / "alignment.json").read_text())
+    (tmp_path / "alignment.json").write_text(json.dumps(edited(record, *keys, value=value)))
+
+    assert rectmerge("transform", tmp_path) == console.BAD_INPUT
+    assert message in capsys.readouterr().err
+
+
+def test_a_number_of_400_digits_is_refused_in_one_line(merged, tmp_path, capsys):
+    record = json.loads((merged / "alignment.json").read_text())
+    huge = edited(edited(record, "b_to_a", "scale", value=10**400), "candidates", 0, "b_to_a", "scale", value=10**400)
+    (tmp_path / "alignment.json").write_text(json.dumps(huge))
+
+    assert rectmerge("transform", tmp_path) == console.BAD_INPUT
+    assert capsys.readouterr().err.count("\n") == 1
 
 
 @pytest.mark.parametrize("name", ["", "none", "n" * 300])

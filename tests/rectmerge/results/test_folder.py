@@ -75,6 +75,38 @@ def test_whatever_rename_is_broken_off_the_earlier_results_are_all_there(earlier
     assert b'"n": 2' in (earlier / "alignment.json").read_bytes()
 
 
+@pytest.mark.parametrize("after", [False, True])
+@pytest.mark.parametrize("answer", NEW)
+def test_after_a_kill_at_any_rename_the_next_command_finds_all_old_or_all_new_results(tmp_path, caplog, answer, after):
+    def write(folder, result):
+        folder.mkdir()
+        ResultFolder(folder).write({"n": 1}, {"overlay.png": GREY, "conflict.png": GREY}, MERGED)
+        before = shown(folder)
+        child = os.fork()  # a kill leaves no chance to put anything back
+        if child == 0:
+            with pytest.MonkeyPatch.context() as patch:
+                Renames(patch, broken=result, after=after, error=lambda *_: os._exit(9))
+                ResultFolder(folder).write(*NEW[answer])
+                os._exit(0)
+        return before, os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+    states = []
+    while True:
+        folder = tmp_path / str(len(states))
+        before, status = write(folder, len(states))
+        caplog.clear()
+        ResultFolder(folder).check([], force=True)
+        states.append((shown(folder), shown(folder) == before))
+        assert not [path for path in folder.iterdir() if path.name.startswith(".")]
+        if status == 0:
+            break
+        assert ("are back" in caplog.text) or ("were completed" in caplog.text) or len(states) == 1
+
+    whole, _ = states[-1]
+    assert all(is_old or found == whole for found, is_old in states)
+    assert len(states) >= 8
+
+
 @pytest.mark.parametrize("answer", NEW)
 def test_whoever_finds_an_answer_finds_its_results_whole(earlier, monkeypatch, answer):
     contents = [shown(earlier)]

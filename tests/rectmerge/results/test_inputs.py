@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from rectmerge.alignment import SCHEMA
 from rectmerge.errors import InputError
 from rectmerge.io.map_file import read_map
 from rectmerge.results.alignment_json import AlignmentFile
@@ -34,7 +35,7 @@ def write_answer(folder, levels=None, **options):
     folder.mkdir(parents=True, exist_ok=True)
     names = ("building_a.yaml", "b/building_b.pgm")
     a, b = (Input(given=name, path=Path(name), greys=levels or {}, **options) for name in names)
-    record = {"verdict": "rejected", "reason": "told so", "inputs": inputs_json_dict(folder, a, b)}
+    record = {"schema": SCHEMA, "verdict": "rejected", "reason": "told so", "inputs": inputs_json_dict(folder, a, b)}
     (folder / "alignment.json").write_text(json.dumps(record))
     return record["inputs"]
 
@@ -104,7 +105,7 @@ def test_a_map_that_moved_is_named_with_the_remedy_and_can_be_named_anew(maps):
 
 @pytest.mark.parametrize("inputs", [None, 3, {"a": {"path": "x"}}, {"a": []}])
 def test_an_answer_that_names_no_maps_is_refused_with_the_remedy(tmp_path, inputs):
-    record = {"verdict": "rejected", "reason": "told so", "inputs": inputs}
+    record = {"schema": SCHEMA, "verdict": "rejected", "reason": "told so", "inputs": inputs}
     (tmp_path / "alignment.json").write_text(json.dumps(record))
 
     with pytest.raises(InputError, match=r"alignment\.json: does not say where map A lies; .*--a FILE"):

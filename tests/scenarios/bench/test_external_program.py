@@ -1,16 +1,19 @@
 import math
 import sys
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rectmerge.errors import InputError
 from rectmerge.io.map_file import read_map
+from scenarios.bench import external_program
 from scenarios.bench.asking import ask_within
 from scenarios.bench.contenders import Contender
 from scenarios.bench.external_program import Program, ProgramError, labelled
 from scenarios.bench.rows import score_answer
-from scenarios.execution.limits import Limits
+from scenarios.execution.limits import Limits, stop_children
 from tests.scenarios.known_answers import pair
 
 RIGHT = "1 0 4  0 1 2"
@@ -49,10 +52,61 @@ def maps():
     return pair().a, pair().b
 
 
-def test_status_1_is_a_rejection(program):
-    scored = row(program("raise SystemExit(1)"))
+def test_a_last_line_rejected_with_status_0_is_a_rejection(program):
+    scored = row(program("print('no corners')\nprint('rejected')"))
 
     assert (scored["outcome"], scored["reason"]) == ("rejected", "the program rejects")
+
+
+def test_a_crash_is_an_error_and_never_a_rejection(program):
+    scored = row(program("print('rejected', flush=True)\nraise RuntimeError"))
+
+    assert scored["outcome"] == "error"
+    assert "died with status 1; a program says no by a last line 'rejected' and status 0" in scored["reason"]
+
+
+def remains(tmp_path, monkeypatch):
+    """A folder for temporary files, which is to be empty again."""
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    return folder
+
+
+def is_running(pid):
+    """Whether a process is there and no zombie, which only its adoptive parent can bury."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+@pytest.mark.parametrize("end", [f"print('{RIGHT}')", "time.sleep(60)", "os.kill(os.getpid(), 9)"])
+def test_a_program_leaves_no_file_and_no_process(program, tmp_path, monkeypatch, end):
+    stop_children()
+    folder = remains(tmp_path, monkeypatch)
+    started = tmp_path / "started"
+    body = (
+        "import os, pathlib, subprocess, sys, tempfile, time\n"
+        "pathlib.Path(tempfile.mkdtemp(), 'file').write_text('left')\n"
+        "sleeper = [sys.executable, '-c', 'import time; time.sleep(600)']\n"
+        "child = subprocess.Popen(sleeper, start_new_session=True, stdout=subprocess.DEVNULL)\n"
+        f"pathlib.Path({str(started)!r}).write_text(str(child.pid))\n"
+    )
+    scored = row(program(body + end), Limits(timeout_s=3 if "sleep" in end else 30))
+    assert (scored["outcome"] == "timeout") == ("sleep" in end)
+    stop_children()
+
+    assert list(folder.iterdir()) == []
+    assert not is_running(int(started.read_text()))
+
+
+def test_output_without_end_is_an_error(program, monkeypatch):
+    monkeypatch.setattr(external_program, "MAX_OUTPUT_BYTES", 2**20)
+    endless = program("while True: print('y' * 10000)")
+
+    with pytest.raises(ProgramError, match="printed more than 1 MB"):
+        endless.align(*maps(), scale=(1, 1), rng=None)
 
 
 WRONG = {
@@ -132,6 +186,15 @@ def test_spaces_and_quotes_in_a_command_are_read_as_by_a_shell(tmp_path):
 def test_a_command_that_cannot_work_is_refused(command, message):
     with pytest.raises(InputError, match=message):
         Program(command=command)
+
+
+def test_a_program_is_named_by_its_user_or_its_script(tmp_path):
+    (tmp_path / "corners.py").touch()
+    script = f"{sys.executable} -S {tmp_path / 'corners.py'} {{a}} {{b}}"
+
+    labels = [Program.parse(text).label for text in (f"mine={script}", script, "true {a} {b}")]
+
+    assert labels == ["mine", "corners", "true"]
 
 
 def test_labels_are_programs_names_and_differ():

@@ -2,7 +2,6 @@ import json
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
-from pathlib import Path
 
 import pytest
 
@@ -58,7 +57,7 @@ def test_run_prints_the_summary_as_json(tmp_path, dataset, capsys):
 def test_failures_are_shown_in_the_table(tmp_path, dataset, capsys):
     status = rectbench("run", dataset, "-m", "failing", "-o", tmp_path / "run", "-q")
 
-    assert status == 0
+    assert status == console.NO  # not one answer
     assert "0 (0 %" in capsys.readouterr().out
     assert {row["outcome"] for row in read_rows(tmp_path / "run")} == {"error"}
 
@@ -131,8 +130,17 @@ def test_a_program_is_put_to_the_pairs_beside_a_method(tmp_path, dataset):
 
     outcomes = {(row["method"], row["pair_id"]): row["outcome"] for row in read_rows(tmp_path / "run")}
     assert status == 0
-    assert outcomes[Path(sys.executable).stem, "p"] == "right-accepted"
+    assert outcomes["shift", "p"] == "right-accepted"
     assert len(outcomes) == 4
+
+
+def test_a_run_of_errors_alone_ends_with_no_and_the_first_reason(tmp_path, dataset, capsys):
+    command = f"broken={sys.executable} -S -c 'raise SystemExit(3)' {{a}} {{b}}"
+
+    assert rectbench("run", dataset, "--method-command", command, "-o", tmp_path / "run") == console.NO
+    assert (
+        "every answer failed, the first by: error: ProgramError: broken died with status 3" in capsys.readouterr().err
+    )
 
 
 def test_h_is_help(capsys):

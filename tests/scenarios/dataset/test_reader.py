@@ -115,6 +115,24 @@ def test_a_bad_row_is_refused_with_its_file_and_line(tmp_path, row, message):
     assert message in str(refusal.value)
 
 
+@pytest.mark.parametrize("way", ["link", "yaml"])
+def test_a_data_set_does_not_lead_out_of_itself(tmp_path, way):
+    root = write(tmp_path / "set", [{**ROW, "map_a_yaml": "maps/p_a.yaml"} if way == "yaml" else ROW])
+    maps = root / "test/maps"
+    (maps / "p_a.png").rename(tmp_path / "mine.png")
+    (maps / "p_a.png").symlink_to(tmp_path / "mine.png")
+    if way == "yaml":
+        (maps / "p_a.png").unlink()
+        (maps / "p_a.png").write_bytes((maps / "p_b.png").read_bytes())
+        (maps / "p_a.yaml").write_text(
+            f"image: {tmp_path}/mine.png\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\n"
+            "occupied_thresh: 0.65\nfree_thresh: 0.196\n"
+        )
+
+    with pytest.raises(DatasetError, match=r"leads out of the data set, to .*mine\.png"):
+        list(open_dataset(root)[0].pairs())
+
+
 def test_an_id_is_used_once(tmp_path):
     with pytest.raises(DatasetError, match=r"metadata.jsonl:2: pair_id 'p' is used twice"):
         open_dataset(write(tmp_path, [ROW, ROW]))

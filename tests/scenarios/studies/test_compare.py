@@ -10,6 +10,8 @@ def row(number, outcome="right-accepted", *, method="m", stratum="required", e_p
     return {
         "task_id": f"{number:016x}",
         "pair_id": f"p{number}",
+        "suite": "s",
+        "reason": "",
         "method": method,
         "place": f"h{number // 2}",
         "stratum": stratum,
@@ -40,6 +42,29 @@ def test_a_run_does_not_regress_against_itself(compared):
     assert same.regressions == []
     assert same.page().startswith("No regression.")
     assert "| required | 30 | right, accepted | 10 (33.3 %) | 10 (33.3 %) | +0.0 (+0.0 to +0.0) |  |" in same.page()
+
+
+DAMAGED = {
+    "no id": ({"pair_id": None}, "pair_id must be text, got None"),
+    "another outcome": ({"outcome": "splendid"}, "outcome must be one of"),
+    "an error below zero": ({"errors": {"e_px": -1.0}}, "e_px must be a number from 0"),
+    "400 digits": ({"errors": {"e_px": 10**400}}, "e_px must be a number from 0"),
+    "text for errors": ({"errors": "none"}, "errors must be of type dict or null"),
+}
+
+
+@pytest.mark.parametrize(("changes", "message"), DAMAGED.values(), ids=DAMAGED)
+def test_a_damaged_row_is_refused_with_its_line(compared, changes, message):
+    with pytest.raises(InputError, match=f"results.jsonl:2: not a row of a run: {message}"):
+        compared([row(0), row(1) | changes], [row(0)])
+
+
+def test_nesting_without_end_is_refused(compared, tmp_path):
+    compared([row(0)], [row(0)])
+    (tmp_path / "now/results.jsonl").write_text("[" * 100_000 + "\n")
+
+    with pytest.raises(InputError, match=r"results\.jsonl:1: not JSON"):
+        compare_runs(tmp_path / "now", tmp_path / "before")
 
 
 CHANGES = {
@@ -105,5 +130,5 @@ def test_what_cannot_be_compared_is_refused(compared, tmp_path):
     with pytest.raises(InputError, match="no finished run"):
         compare_runs(tmp_path / "now", tmp_path / "before")
     (tmp_path / "now/results.jsonl").write_text('{"task_id": "1"}\n')
-    with pytest.raises(InputError, match="not the rows of a run"):
+    with pytest.raises(InputError, match="not a row of a run"):
         compare_runs(tmp_path / "now/results.jsonl", tmp_path / "before")

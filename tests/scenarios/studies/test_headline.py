@@ -27,6 +27,7 @@ def row(*steps, ended=True, outcome="right-accepted", seed=0, noise=0, method="p
         "suite": "headline",
         "pair_id": f"headline-{seed:04d}-n{noise}",
         "place": f"headline/{seed}",
+        "stratum": "required",
         "outcome": outcome,
         "reason": "as made up",
         "trace": {"iterations": list(steps), "ended": ended} if steps else None,
