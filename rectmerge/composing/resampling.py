@@ -94,19 +94,20 @@ def _lay(grid: OccupancyGrid, pixels: Similarity, shape: tuple[int, int]) -> NDA
     low, high = ends.min(axis=0), ends.max(axis=0)
     (left, top), (right, bottom) = np.floor(low).astype(int).clip(0), np.ceil(high).astype(int) + 1
     cols = slice(left, min(right, shape[1]))
-    for rows in _bands(top, min(bottom, shape[0]), max(1, right - left)):
+    for rows in row_bands(top, min(bottom, shape[0]), max(1, right - left)):
         layer[rows, cols] = _nearest(grid, pixels.inverse(), rows, cols)
     walls = np.argwhere(grid.occupied)  # (N, 2)
     values = grid.occupancy[walls[:, 0], walls[:, 1]]
     if not _is_straight(pixels, grid):
         for points, at in _corner_marks(grid, walls, pixels):
-            _mark(layer, points, values[at])
+            mark_walls(layer, points, values[at])
     centres = pixels.apply(walls[:, ::-1])
-    _mark(layer, *_unshown(layer, centres, values))
+    mark_walls(layer, *_unshown(layer, centres, values))
     return layer
 
 
-def _bands(first: int, last: int, width: int) -> Iterator[slice]:
+def row_bands(first: int, last: int, width: int) -> Iterator[slice]:
+    """Part rows into bands of about `CELLS_AT_ONCE` cells."""
     step = max(1, CELLS_AT_ONCE // width)
     return (slice(row, min(row + step, last)) for row in range(first, last, step))
 
@@ -124,7 +125,7 @@ def _nearest(grid: OccupancyGrid, back: Similarity, rows: slice, cols: slice) ->
     return read.view(np.int8)
 
 
-def _mark(layer: NDArray[np.int8], points: NDArray[np.float64], values: NDArray[np.int8]) -> None:
+def mark_walls(layer: NDArray[np.int8], points: NDArray[np.float64], values: NDArray[np.int8]) -> None:
     """Write values into the cells that contain the pixel points, shape (N, 2)."""
     u, v = np.floor(points + TIE).astype(int).T
     inside = (u >= 0) & (v >= 0) & (u < layer.shape[1]) & (v < layer.shape[0])

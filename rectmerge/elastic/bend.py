@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rectmerge.elastic.lattice import Displacement
-from rectmerge.elastic.uncertainty import jackknife_std
+from rectmerge.elastic.straightening import straighten
+from rectmerge.elastic.transform import BentTransform, InverseTransform
 from rectmerge.elastic.warp import Warp
-from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
+from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 
 
@@ -65,14 +65,12 @@ class Bend:
         Whether walls that it was not fitted to meet better with it.
     reason
         One line a user can act on.
-    a, b
-        The two maps, for their frames.
-    pixels
-        The similarity from B's pixels to A's, before the displacement.
+    pixels, b_to_a
+        The similarity from B to A before the displacement, between pixels and between map frames.
     warp
         From B's pixels to A's; None where it is refused.
-    left_out
-        Displacements fitted without a quarter of the walls each, for the standard deviation.
+    transform
+        The same between the map frames; None where it is refused.
     evidence
         Measurements.
     seconds
@@ -81,11 +79,10 @@ class Bend:
 
     accepted: bool
     reason: str
-    a: OccupancyGrid
-    b: OccupancyGrid
     pixels: Similarity
+    b_to_a: Similarity
     warp: Warp | None = None
-    left_out: tuple[Displacement, ...] = ()
+    transform: BentTransform | None = None
     evidence: BendEvidence = field(default_factory=BendEvidence)
     seconds: float = 0.0
 
@@ -93,42 +90,33 @@ class Bend:
         return self.accepted
 
     @property
-    def b_to_a(self) -> Similarity:
-        """The similarity between the map frames, before the displacement."""
-        return pixels_to_map_frame(self.pixels, self.a, self.b)
+    def is_tested(self) -> bool:
+        """Whether a displacement was put to the test: the maps have walls in common, which lie apart."""
+        return self.evidence.held_back_cost is not None
 
     def apply(self, points: ArrayLike) -> NDArray[np.float64]:
         """Take points of B's map frame, (..., 2), to A's."""
-        if self.warp is None:
-            return self.b_to_a.apply(points)
-        return self.a.pixel_to_map(self.warp.apply(self.b.map_to_pixel(points)))
+        return (self.transform or self.b_to_a).apply(points)
 
-    def inverse(self) -> InverseBend:
-        """Return the transform from A's map frame to B's."""
-        return InverseBend(self)
+    def inverse(self) -> InverseTransform | Similarity:
+        """Return the transform from A's map frame to B's, which has `apply`."""
+        return (self.transform or self.b_to_a).inverse()
 
     def jacobian(self, points: ArrayLike) -> NDArray[np.float64]:
         """Return the derivative of `apply` at points of B's map frame, (..., 2, 2)."""
-        if self.warp is None:
-            linear = self.b_to_a.matrix[:, :2]
-            return np.broadcast_to(linear, (*np.shape(points)[:-1], 2, 2)).copy()
-        of_a = (self.a.pixel_to_map(np.eye(2)) - self.a.pixel_to_map([0.0, 0.0])).T
-        of_b = (self.b.map_to_pixel(np.eye(2)) - self.b.map_to_pixel([0.0, 0.0])).T
-        jacobian: NDArray[np.float64] = of_a @ self.warp.jacobian(self.b.map_to_pixel(points)) @ of_b
-        return jacobian
+        if self.transform is None:
+            return np.broadcast_to(self.b_to_a.matrix[:, :2], (*np.shape(points)[:-1], 2, 2)).copy()
+        return self.transform.jacobian(points)
 
     def local_angle(self, points: ArrayLike) -> NDArray[np.float64]:
         """Return the turn from B's map frame to A's at points of B's, (...): radians, counter-clockwise."""
-        j = self.jacobian(points)
-        angle: NDArray[np.float64] = np.arctan2(j[..., 1, 0] - j[..., 0, 1], j[..., 0, 0] + j[..., 1, 1])
-        return angle
+        if self.transform is None:
+            return np.full(np.shape(points)[:-1], self.b_to_a.angle)
+        return self.transform.local_angle(points)
 
     def similarity_at(self, point: ArrayLike) -> Similarity:
         """Return the similarity that is right near one point of B's map frame, (2,): its place, turn and scale."""
-        scale = float(np.sqrt(np.linalg.det(self.jacobian(point))))
-        turned = Similarity(scale, float(self.local_angle(point)))
-        tx, ty = self.apply(point) - turned.apply(point)
-        return Similarity(scale, turned.angle, float(tx), float(ty))
+        return self.b_to_a if self.transform is None else self.transform.similarity_at(point)
 
     def std(self, points: ArrayLike) -> NDArray[np.float64]:
         """Return the standard deviation of the displaced points of B's map frame, (...), in A's map units.
@@ -136,39 +124,24 @@ class Bend:
         By a jackknife over quarters of the walls; it orders errors, and tells little of their size. NaN where the
         bend is refused.
         """
-        if not self.left_out:
-            return np.full(np.shape(points)[:-1], np.nan)
-        return jackknife_std(self.left_out, self.pixels.apply(self.b.map_to_pixel(points))) * self.a.cell_size
+        return np.full(np.shape(points)[:-1], np.nan) if self.transform is None else self.transform.std(points)
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Return whether points of B's map frame, (..., 2), lie where the displacement was fitted, within its lattice.
 
         False everywhere where the bend is refused.
         """
-        if self.warp is None:
+        if self.transform is None:
             return np.zeros(np.shape(points)[:-1], np.bool_)
-        return self.warp.contains(self.b.map_to_pixel(points))
+        return self.transform.contains(points)
+
+    def straighten(self, b: OccupancyGrid) -> OccupancyGrid:
+        """Redraw map B so that `b_to_a` alone lays it on A: the map to give to `compose` in its place.
+
+        Where the bend is refused, it is B itself. See `rectmerge.elastic.straightening.straighten`.
+        """
+        return b if self.warp is None else straighten(b, self.warp)
 
     def as_dict(self) -> Mapping[str, Any]:
         """Return plain data for JSON: `unbent` in ``alignment.json``."""
         return {"accepted": self.accepted, "reason": self.reason, **self.evidence.as_dict()}
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class InverseBend:
-    """Transform from map A to map B.
-
-    Parameters
-    ----------
-    bend
-        The transform from B to A.
-    """
-
-    bend: Bend
-
-    def apply(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Take points of A's map frame, (..., 2), to B's."""
-        bend = self.bend
-        if bend.warp is None:
-            return bend.b_to_a.inverse().apply(points)
-        return bend.b.pixel_to_map(bend.warp.undo(bend.a.map_to_pixel(points)))

@@ -55,6 +55,24 @@ class Lattice:
         """Half the bandwidth of the normal equations."""
         return 2 * (3 * min(self.counts) + 3) + 1
 
+    def nodes(self) -> NDArray[np.float64]:
+        """Return the places of the nodes, (nodes, 2), in the order of the coefficients."""
+        x, y = (
+            corner + self.spacing * (np.arange(count) - 1)
+            for corner, count in zip(self.corner, self.counts, strict=True)
+        )
+        columns, rows = np.meshgrid(x, y)
+        return np.stack([self.from_rows(columns), self.from_rows(rows)], axis=1)
+
+    def as_rows(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Lay values of the nodes, (nodes,), out in rows along x, (ny, nx)."""
+        nx, ny = self.counts
+        return values.reshape(ny, nx) if self.steps[0] == 1 else values.reshape(nx, ny).T
+
+    def from_rows(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Undo `as_rows`."""
+        return np.ascontiguousarray(rows if self.steps[0] == 1 else rows.T).ravel()
+
     def samples(self, per_spacing: int) -> NDArray[np.float64]:
         """Return evenly spread points of the box, (N, 2)."""
         x, y = (

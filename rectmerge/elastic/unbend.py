@@ -16,10 +16,11 @@ from rectmerge.elastic.fit import ElasticFit
 from rectmerge.elastic.lattice import Displacement
 from rectmerge.elastic.matching import FacePair
 from rectmerge.elastic.params import AcceptanceParams, BendParams
-from rectmerge.elastic.uncertainty import leave_quarters_out
+from rectmerge.elastic.transform import BentTransform
+from rectmerge.elastic.uncertainty import jackknife_std, leave_quarters_out
 from rectmerge.elastic.warp import Warp
 from rectmerge.errors import InputError
-from rectmerge.grid import OccupancyGrid
+from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.similarity import Similarity
 
 DEFAULT_PARAMS = BendParams()
@@ -63,14 +64,14 @@ def unbend(
         if not placement.candidates:
             raise InputError(f"the answer has no candidate to bend: {placement.verdict}, {placement.reason}")
         placement = placement.candidates[0].pixels
-    refused = Bend(accepted=False, reason="", a=a, b=b, pixels=placement)
-    bend = _unbend(refused, params)
+    b_to_a = pixels_to_map_frame(placement, a, b)
+    bend = _unbend(a, b, Bend(accepted=False, reason="", pixels=placement, b_to_a=b_to_a), params)
     return replace(bend, seconds=time.perf_counter() - started)
 
 
-def _unbend(refused: Bend, params: BendParams) -> Bend:
+def _unbend(a: OccupancyGrid, b: OccupancyGrid, refused: Bend, params: BendParams) -> Bend:
     """Try the stages in turn; each may refuse."""
-    faces_a, faces_b = (Faces.from_grid(grid, params.faces) for grid in (refused.a, refused.b))
+    faces_a, faces_b = (Faces.from_grid(grid, params.faces) for grid in (a, b))
     accept = params.accept
     if min(len(faces_a.points), len(faces_b.points)) < accept.min_faces:
         return replace(refused, reason="a map shows too few walls to bend the other by")
@@ -90,10 +91,10 @@ def _unbend(refused: Bend, params: BendParams) -> Bend:
     evidence = replace(evidence, held_back_cost=held.cost_ratio, gain_t=held.gain_t)
     if reason := _refusal(held, accept):
         return replace(refused, reason=reason, evidence=evidence)
-    return _fit(refused, fitting, board, evidence, accept)
+    return _fit(a, replace(refused, evidence=evidence), fitting, board, accept)
 
 
-def _fit(refused: Bend, fitting: ElasticFit, board: Board, evidence: BendEvidence, accept: AcceptanceParams) -> Bend:
+def _fit(a: OccupancyGrid, refused: Bend, fitting: ElasticFit, board: Board, accept: AcceptanceParams) -> Bend:
     """Fit to all faces once the test is passed, and refuse a displacement that folds or stretches too much."""
     pair = fitting.pair
     fitted = fitting.fit(pair.sample_a, pair.sample_b)
@@ -101,7 +102,7 @@ def _fit(refused: Bend, fitting: ElasticFit, board: Board, evidence: BendEvidenc
     none = Displacement.none(fitting.lattice)
     moves = np.linalg.norm(fitted.at(pair.placed[pair.sample_b]), axis=1)
     evidence = replace(
-        evidence,
+        refused.evidence,
         walls_before=_upper_quartile(_wall_distances(pair, none, fitted, accept)),
         walls_after=_upper_quartile(_wall_distances(pair, fitted, none, accept)),
         largest_move=float(moves.max()),
@@ -110,6 +111,7 @@ def _fit(refused: Bend, fitting: ElasticFit, board: Board, evidence: BendEvidenc
     if determinant < accept.min_determinant or least < accept.min_stretch or greatest > accept.max_stretch:
         reason = f"the maps bend, but only a stretch of {least:.2f} to {greatest:.2f} would bring their walls together"
         return replace(refused, reason=reason, evidence=evidence)
+    std_cells = jackknife_std(leave_quarters_out(fitting, board, fitted), fitting.lattice.nodes())
     reason = (
         f"bent by up to {evidence.largest_move:.0f} cells: three in four walls lie within "
         f"{evidence.walls_after:.1f} cells, {evidence.walls_before:.1f} before; walls held back from the fit agree"
@@ -119,7 +121,7 @@ def _fit(refused: Bend, fitting: ElasticFit, board: Board, evidence: BendEvidenc
         accepted=True,
         reason=reason,
         warp=Warp(refused.pixels, fitted),
-        left_out=leave_quarters_out(fitting, board, fitted),
+        transform=BentTransform.from_pixels(refused.b_to_a, fitted, std_cells, a),
         evidence=evidence,
     )
 

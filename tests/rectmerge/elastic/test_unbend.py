@@ -1,3 +1,4 @@
+import json
 import math
 from functools import cache
 
@@ -10,6 +11,9 @@ from numpy.testing import assert_allclose
 import rectmerge as rm
 from rectmerge.alignment import Alignment
 from rectmerge.elastic.lattice import Displacement
+from rectmerge.elastic.transform import BentTransform
+from rectmerge.grid import pixels_to_map_frame
+from rectmerge.io.json_text import to_json
 from tests.rectmerge.elastic.bent_maps import bent_view, large_building, random_displacement
 
 PIXELS = rm.Similarity(0.8, 0.3, 60.0, -40.0)
@@ -78,23 +82,48 @@ def test_a_wrong_placement_is_not_bent_into_a_right_one(turn, tx, ty):
 @settings(max_examples=20)
 @given(st.integers(0, 3), st.floats(-3, 3), st.floats(0.01, 0.2), st.floats(-10, 10))
 def test_the_inverse_holds_within_a_twentieth_of_a_cell_in_any_map_frame(seed, yaw, resolution, shift):
-    plain = bend_of(seed)
-    a = rm.OccupancyGrid(plain.a.occupancy, resolution, (shift, -shift, yaw))
-    b = rm.OccupancyGrid(plain.b.occupancy, 1.2 * resolution, (2 * shift, 1.0, -yaw / 2))
-    bend = type(plain)(
-        accepted=True, reason="", a=a, b=b, pixels=plain.pixels, warp=plain.warp, left_out=plain.left_out
-    )
+    plain_a, plain_b, *_ = bent_case(seed)
+    a = rm.OccupancyGrid(plain_a.occupancy, resolution, (shift, -shift, yaw))
+    b = rm.OccupancyGrid(plain_b.occupancy, 1.2 * resolution, (2 * shift, 1.0, -yaw / 2))
+    warp, b_to_a = bend_of(seed).warp, pixels_to_map_frame(bend_of(seed).pixels, a, b)
+    std = np.ones(warp.displacement.lattice.node_count)
+    bent = BentTransform.from_pixels(b_to_a, warp.displacement, std, a)
     pixels = np.random.default_rng(seed).uniform(-100, 800, (100, 2))
     points = b.pixel_to_map(pixels)
 
-    moved = bend.apply(points)
+    moved = bent.apply(points)
 
-    assert_allclose(a.map_to_pixel(moved), plain.warp.apply(pixels), atol=1e-5)
-    assert np.abs(b.map_to_pixel(bend.inverse().apply(moved)) - pixels).max() < 0.05
-    step = resolution * np.eye(2) * 1e-3
-    sides = [(bend.apply(points + e) - bend.apply(points - e)) / (2e-3 * resolution) for e in step]
-    inside = bend.contains(points)
-    assert_allclose(bend.jacobian(points)[inside], np.stack(sides, axis=-1)[inside], atol=1e-3)
+    assert_allclose(a.map_to_pixel(moved), warp.apply(pixels), atol=1e-5)
+    assert np.abs(b.map_to_pixel(bent.inverse().apply(moved)) - pixels).max() < 0.05
+    assert_allclose(bent.std(points), resolution)
+    step = 1e-3 * resolution * np.eye(2)
+    sides = [(bent.apply(points + e) - bent.apply(points - e)) / (2e-3 * resolution) for e in step]
+    inside = bent.contains(points)
+    assert_allclose(bent.jacobian(points)[inside], np.stack(sides, axis=-1)[inside], atol=1e-3)
+    read = BentTransform.from_dict(json.loads(to_json(bent.as_dict())))
+    assert np.abs(read.apply(points) - moved).max() < 0.01 * resolution
+
+
+def test_the_file_of_a_bend_is_small():
+    for seed in range(4):
+        assert len(to_json(bend_of(seed).transform.as_dict())) < 50_000
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"schema": "other/1"}, "no schema 'other/1'"),
+        ({"lattice": {"x": [[1.0, 2.0], [3.0, 4.0]]}}, "of one shape, 4 x 4 nodes or more"),
+        ({"lattice": {"origin": [float("nan"), 0.0]}}, "finite numbers"),
+        ({"lattice": {"axis_1": [1.0, 2.0, 3.0], "axis_2": [1.0, 2.0, 3.0]}}, "finite numbers"),
+    ],
+)
+def test_a_file_that_is_no_bend_is_refused(change, message):
+    record = bend_of(0).transform.as_dict()
+    changed = {k: {**record[k], **v} if isinstance(v, dict) else v for k, v in change.items()}
+
+    with pytest.raises(ValueError, match=message):
+        BentTransform.from_dict({**record, **changed})
 
 
 def test_a_bend_is_nowhere_folded():
