@@ -11,6 +11,7 @@ import typer
 
 from rectmerge.cli import console
 from rectmerge.cli.app import Json
+from rectmerge.cli.bend_options import AUTO, BendOptions
 from rectmerge.cli.map_options import MapA, MapB, PairOptions
 from rectmerge.cli.merge_many import FleetOptions, MoreMaps, merge_many
 from rectmerge.cli.method_options import MethodOptions
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from rectmerge.aligning import Scale
     from rectmerge.alignment import Alignment, Certificate, Method
     from rectmerge.composing.compose import CellsOf, Rule
+    from rectmerge.elastic.bend import Bend
     from rectmerge.grid import OccupancyGrid
 
 Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="The folder for the results.")]
@@ -96,6 +98,7 @@ def merge(
     placing: PlacementOptions,
     merging: OutputOptions,
     certifying: CertificateOptions,
+    bending: BendOptions,
     reading: PairOptions,
     fleet: FleetOptions,
     more: MoreMaps = None,
@@ -107,6 +110,9 @@ def merge(
     Where the answer is no, you can help: give a guess to search near, choose one of the candidates, or place B by hand
     in the page of `rectmerge view` and paste its numbers. A placement by hand or a chosen candidate is always merged,
     and the reason holds the verdict of the method on it.
+
+    Where the walls of an accepted merge still lie apart, because a map bends, B is bent onto A, if walls held back from
+    the fit confirm it: merged.yaml is then of the bent map, and unbend.json has the bend.
 
     Whatever the method, no map is written against the verdict of `rectmerge check` on its answer, unless --unchecked.
 
@@ -123,7 +129,7 @@ def merge(
     from rectmerge.results.summary import describe
 
     if more:
-        _refuse_for_many(placing, merging, certifying, reading)
+        _refuse_for_many(placing, merging, certifying, bending, reading)
         rule, cells = merging.parse("log-odds")
         merge_many(
             reading.inputs(a, b, *more, resolutions=[None] * (2 + len(more))), output, fleet,
@@ -141,20 +147,27 @@ def merge(
     alignment = _with_quality(
         placing.align(grid_a, grid_b, method=method, scale=scale, seed=solving.seed), grid_a, grid_b
     )
-    pictures, merged = _results(alignment, grid_a, grid_b, rule, cells)
+    bend = bending.bend(alignment, grid_a, grid_b)
+    pictures, merged = _results(alignment, grid_a, grid_b, rule, cells, bend)
     certificate = certifying.certify_with(method, alignment, grid_a, grid_b, scale)
     record = to_json_dict(alignment, grid_a, grid_b)
     record["inputs"] = inputs_json_dict(output, *inputs, grids=(grid_a, grid_b))
     if certificate is not None:
         record["certificate"] = certificate.as_dict()
+    if bend is not None:
+        record["unbent"] = bend.as_dict()
     is_shaded = merged is not None and rule in SHADING and has_shades(merged)
-    files = folder.write(record, pictures, merged, shaded=is_shaded)
-    console.tell(to_json(record) if json else describe(alignment, files, certificate, is_shaded=is_shaded))
+    files = folder.write(record, pictures, merged, shaded=is_shaded, bend=bend)
+    console.tell(to_json(record) if json else describe(alignment, files, certificate, bend=bend, is_shaded=is_shaded))
     raise typer.Exit(console.STATUS[alignment.verdict])
 
 
 def _refuse_for_many(
-    placing: PlacementOptions, merging: OutputOptions, certifying: CertificateOptions, reading: PairOptions
+    placing: PlacementOptions,
+    merging: OutputOptions,
+    certifying: CertificateOptions,
+    bending: BendOptions,
+    reading: PairOptions,
 ) -> None:
     """Refuse options on one pair where there are more than two maps."""
     given = {
@@ -163,6 +176,7 @@ def _refuse_for_many(
         "--pixels": placing.pixels is not None,
         "--from": placing.earlier is not None,
         "--certify": certifying.certify,
+        "--unbend": bending.unbend != AUTO,
         "--resolution-a": reading.resolution_a is not None,
         "--resolution-b": reading.resolution_b is not None,
         "--output-resolution b": merging.output_resolution == "b",
@@ -180,11 +194,11 @@ def _with_quality(alignment: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> A
 
 
 def _results(
-    alignment: Alignment, a: OccupancyGrid, b: OccupancyGrid, rule: Rule, cells: CellsOf | float
+    alignment: Alignment, a: OccupancyGrid, b: OccupancyGrid, rule: Rule, cells: CellsOf | float, bend: Bend | None
 ) -> tuple[dict[str, NDArray[np.uint8]], OccupancyGrid | None]:
     """Return the pictures, and the merged map if the alignment is accepted."""
     from rectmerge.composing.compose import compose
-    from rectmerge.drawing.maps import draw_conflict
+    from rectmerge.drawing.maps import draw_conflict, side_by_side
     from rectmerge.drawing.overlay import draw_overlay
 
     if not alignment:
@@ -192,6 +206,10 @@ def _results(
             f"overlay_{number}.png": draw_overlay(a, b, candidate.pixels, title=alignment.headline(number))
             for number, candidate in enumerate(alignment.candidates, start=1)
         }, None
+    pixels = alignment.candidates[0].pixels
+    overlay = draw_overlay(a, b, pixels, title=alignment.headline())
+    if bend:
+        b = bend.straighten(b)
+        overlay = side_by_side([overlay, draw_overlay(a, b, pixels, title="unbent")], ["before", "after"])
     composition = compose([a, b], [None, alignment.b_to_a], rule=rule, resolution=cells)
-    overlay = draw_overlay(a, b, alignment.candidates[0].pixels, title=alignment.headline())
     return {"overlay.png": overlay, "conflict.png": draw_conflict(composition)}, composition.grid

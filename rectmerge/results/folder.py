@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.elastic.bend import Bend
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.io.atomic_file import finish_interrupted, replace_files, resolve_links
@@ -22,7 +23,7 @@ from rectmerge.io.json_text import to_json
 from rectmerge.io.map_file import MAP_SAVER_LEGEND, encode_map
 
 RESULT_NAMES = re.compile(
-    r"(alignment|fleet)\.json|view\.html|transforms\.yaml|graph\.png|(overlay|conflict)(_\d+)?\.png|"
+    r"(alignment|fleet|unbend)\.json|view\.html|transforms\.yaml|graph\.png|(overlay|conflict)(_\d+)?\.png|"
     r"merged(_\d+)?\.(yaml|pgm)"
 )
 LOGGER = logging.getLogger("rectmerge")
@@ -80,6 +81,7 @@ class ResultFolder:
         merged: OccupancyGrid | None,
         *,
         shaded: bool = False,
+        bend: Bend | None = None,
     ) -> list[Path]:
         """Replace earlier results by new ones, ``alignment.json`` last; return the files.
 
@@ -89,6 +91,8 @@ class ResultFolder:
             The content of ``alignment.json``, the pictures by file name, and the merged map, if there is one.
         shaded
             Whether the map's occupancies are kept as they are, in mode raw; else it is written as map_saver does.
+        bend
+            The bend of map B, for ``unbend.json``.
 
         Raises
         ------
@@ -98,6 +102,8 @@ class ResultFolder:
         files = {name: encode_image(picture, ".png") for name, picture in pictures.items()}
         if merged is not None:
             files |= merged_files(merged, "merged", shaded=shaded)
+        if bend is not None and bend.transform is not None:
+            files["unbend.json"] = (to_json(bend.transform.as_dict()) + "\n").encode()
         files["alignment.json"] = (to_json(alignment) + "\n").encode()
         return self.replace(files)
 

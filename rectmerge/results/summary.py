@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rectmerge.alignment import Alignment, Candidate, Certificate
 from rectmerge.analysis.displacement import displacement_cells, hand_tolerance_cells
+from rectmerge.elastic.bend import Bend
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 
@@ -22,6 +23,7 @@ def describe(
     files: Sequence[Path] = (),
     certificate: Certificate | None = None,
     *,
+    bend: Bend | None = None,
     is_given: bool = False,
     is_shaded: bool = False,
 ) -> str:
@@ -31,6 +33,8 @@ def describe(
     ----------
     alignment, files, certificate
         The alignment, the files that were written, and the certificate by ``--certify``.
+    bend
+        The bend of map B, accepted or refused; None where it was not tried.
     is_given
         Whether the user placed B.
     is_shaded
@@ -42,7 +46,9 @@ def describe(
         lines += _describe_candidate(alignment, alignment.candidates[0]) if alignment.candidates else []
     elif alignment.candidates:
         lines += _list_candidates(alignment, files)
-    lines += _doubts(alignment) if alignment and files else []
+    lines += _doubts(alignment) if alignment and files and not bend else []
+    if bend is not None:
+        lines.append(f"  unbent      {'' if bend else 'no: '}{bend.reason}")
     if certificate is not None:
         lines.append(f"  certified   {certificate}")
     if is_shaded:

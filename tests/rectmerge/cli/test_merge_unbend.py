@@ -1,0 +1,116 @@
+import json
+
+import numpy as np
+import pytest
+
+from rectmerge.elastic.transform import BentTransform
+from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
+from rectmerge.io.map_file import read_map, write_map
+from rectmerge.similarity import Similarity
+from tests.rectmerge.cli.answers import YES_FILES, A, B, names, rectmerge
+from tests.rectmerge.elastic.test_unbend import bent_case
+
+pytestmark = pytest.mark.usefixtures("small_pictures")
+
+
+@pytest.fixture(scope="module")
+def bent(tmp_path_factory):
+    """Files of two maps that bend against each other, and the words that place B."""
+    folder = tmp_path_factory.mktemp("bent")
+    a, b, _, _, fit = bent_case(2)
+    write_map(OccupancyGrid(a.occupancy, 0.05, (-3.0, 2.0, 0.4)), folder / "a.yaml")
+    write_map(OccupancyGrid(b.occupancy, 0.04, (1.0, -1.0, 0.0)), folder / "b.yaml")
+    (c, s, tx), (_, _, ty) = fit.matrix[0], fit.matrix[1]
+    return folder / "a.yaml", folder / "b.yaml", f"--pixels={c},{-s},{tx},{ty}"
+
+
+def test_bent_maps_are_merged_through_the_bend(bent, tmp_path, capsys):
+    a, b, pixels = bent
+
+    assert rectmerge("merge", a, b, pixels, "-o", tmp_path / "never", "--unbend", "never") == 0
+    assert rectmerge("merge", a, b, pixels, "-o", tmp_path / "auto") == 0
+
+    assert names(tmp_path / "never") == YES_FILES
+    assert names(tmp_path / "auto") == YES_FILES | {"unbend.json"}
+    assert "  unbent      bent by up to " in capsys.readouterr().out
+    never, auto = (json.loads((tmp_path / name / "alignment.json").read_text()) for name in ("never", "auto"))
+    assert "unbent" not in never
+    assert auto["b_to_a"] == never["b_to_a"]
+    unbent = auto["unbent"]
+    assert unbent["accepted"] is True
+    assert set(unbent) == {
+        "accepted", "reason", "held_back_cost", "t", "walls_before", "walls_after", "largest_move", "stretch"
+    }  # fmt: skip
+    assert unbent["walls_after"] < unbent["walls_before"]
+    walls = [int(read_map(tmp_path / name / "merged.yaml").occupied.sum()) for name in ("never", "auto")]
+    assert walls[1] < 0.8 * walls[0]  # no longer each wall twice
+
+
+def test_the_file_of_the_bend_carries_points_of_b_to_where_they_are(bent, tmp_path):
+    a, b, pixels = bent
+    rectmerge("merge", a, b, pixels, "-o", tmp_path)
+    _, _, cells, true, _ = bent_case(2)
+    text = (tmp_path / "unbend.json").read_text()
+
+    moved = BentTransform.from_dict(json.loads(text)).apply(read_map(b).pixel_to_map(cells))
+
+    off = read_map(a).map_to_pixel(moved) - true
+    assert len(text) < 50_000
+    assert np.sqrt((off**2).sum(axis=1).mean()) < 2.5
+
+
+@pytest.mark.parametrize("words", [[], ["--unbend", "auto"]])
+def test_rigid_maps_give_the_same_files_as_without_the_option(tmp_path, words):
+    rectmerge("merge", A, B, "-o", tmp_path / "plain", "--unbend", "never")
+
+    assert rectmerge("merge", A, B, "-o", tmp_path / "auto", *words) == 0
+
+    assert names(tmp_path / "auto") == YES_FILES
+    for name in YES_FILES - {"alignment.json"}:
+        assert (tmp_path / "auto" / name).read_bytes() == (tmp_path / "plain" / name).read_bytes()
+    first, second = (json.loads((tmp_path / name / "alignment.json").read_text()) for name in ("plain", "auto"))
+    assert {**first, "seconds": 0} == {**second, "seconds": 0}
+
+
+def test_always_tries_it_on_rigid_maps_too_and_says_no(tmp_path, capsys):
+    assert rectmerge("merge", A, B, "-o", tmp_path, "--unbend", "always") == 0
+
+    assert names(tmp_path) == YES_FILES
+    record = json.loads((tmp_path / "alignment.json").read_text())
+    assert record["unbent"]["accepted"] is False
+    assert f"  unbent      no: {record['unbent']['reason']}" in capsys.readouterr().out
+
+
+def test_a_second_merge_that_is_not_unbent_takes_the_file_of_the_bend_away(bent, tmp_path):
+    a, b, pixels = bent
+    rectmerge("merge", a, b, pixels, "-o", tmp_path)
+
+    rectmerge("merge", a, b, pixels, "-o", tmp_path, "--unbend", "never", "--force")
+
+    assert names(tmp_path) == YES_FILES
+
+
+def test_another_word_is_refused_in_one_line(tmp_path, capsys):
+    assert rectmerge("merge", A, B, "-o", tmp_path / "out", "--unbend", "maybe") == 2
+
+    assert "--unbend: 'maybe' is not one of auto, never, always" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_refused_alignment_is_not_unbent(tmp_path, answer):
+    answer("rejected")
+
+    assert rectmerge("merge", A, B, "-o", tmp_path, "--unbend", "always") == 1
+
+    assert "unbent" not in json.loads((tmp_path / "alignment.json").read_text())
+
+
+def test_the_similarity_of_the_merge_is_the_placement_that_was_given(bent, tmp_path):
+    a, b, pixels = bent
+    rectmerge("merge", a, b, pixels, "-o", tmp_path)
+    found = json.loads((tmp_path / "alignment.json").read_text())["b_to_a"]
+
+    similarity = Similarity(found["scale"], found["angle_rad"], *found["translation"])
+
+    expected = bent_case(2)[4].matrix
+    assert np.allclose(map_frame_to_pixels(similarity, read_map(a), read_map(b)).matrix, expected, atol=1e-6)
