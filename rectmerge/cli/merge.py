@@ -134,7 +134,7 @@ def merge(
         merge_many(
             reading.inputs(a, b, *more, resolutions=[None] * (2 + len(more))), output, fleet,
             method=solving.make_method(), scale=solving.parse_scale(), seed=solving.seed, rule=rule, cells=cells,
-            is_checked=not placing.unchecked, force=force, json=json,
+            is_checked=not placing.unchecked, earlier=placing.earlier, force=force, json=json,
         )  # fmt: skip
     fleet.refuse()
     scale, (rule, cells), method = solving.parse_scale(), merging.parse(), solving.make_method()
@@ -174,7 +174,6 @@ def _refuse_for_many(
         "--guess": placing.guess is not None,
         "--candidate": placing.candidate is not None,
         "--pixels": placing.pixels is not None,
-        "--from": placing.earlier is not None,
         "--certify": certifying.certify,
         "--unbend": bending.unbend != AUTO,
         "--resolution-a": reading.resolution_a is not None,

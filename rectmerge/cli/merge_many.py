@@ -88,6 +88,7 @@ def merge_many(
     rule: Rule,
     cells: CellsOf | float,
     is_checked: bool,
+    earlier: Path | None,
     force: bool,
     json: bool,
 ) -> None:
@@ -97,7 +98,8 @@ def merge_many(
     from rectmerge.fleet.outcome import answer_of, describe, graph_picture
     from rectmerge.fleet.record import to_json_dict, transforms_yaml
     from rectmerge.io.image_file import encode_image
-    from rectmerge.io.json_text import to_json
+    from rectmerge.io.json_text import plain, to_json
+    from rectmerge.method_fields import field_values
     from rectmerge.results.folder import ResultFolder
     from rectmerge.results.inputs import input_json_dict
 
@@ -109,8 +111,11 @@ def merge_many(
     reference = next(iter(ordered))
     if cells != "a" and maps[reference].resolution is None:
         raise InputError(f"{reference}: its resolution is not known: keep --output-resolution a")
+    settings = {"method": method.name, "fields": plain(field_values(method)), "scale": plain(scale), "seed": seed}
+    settings |= {"checked": is_checked}
+    before = None if earlier is None else _earlier(earlier, settings)
     ask = _asking(len(maps), method, scale, seed, is_checked=is_checked)
-    graph = build_graph(ordered, ask, method=method.name)
+    graph = build_graph(ordered, ask, method=method.name, earlier=before)
     files: dict[str, bytes] = {}
     pictures: dict[str, NDArray[np.uint8]] = {"graph.png": graph_picture(graph, ordered)}
     merged: list[str | None] = [None] * len(graph.components)
@@ -120,11 +125,24 @@ def merge_many(
     files |= {name: encode_image(picture, ".png") for name, picture in pictures.items()}
     files["transforms.yaml"] = transforms_yaml(graph, merged)
     entries = {name: input_json_dict(output, one, maps[name]) for name, one in zip(names, inputs, strict=True)}
-    record = to_json_dict(graph, maps, entries, merged)
+    record = to_json_dict(graph, maps, entries, merged, settings)
     files["fleet.json"] = (to_json(record) + "\n").encode()
     written = folder.replace(files)
     typer.echo(to_json(record) if json else describe(graph, written, merged=merged))
     raise typer.Exit(console.STATUS[answer_of(graph)])
+
+
+def _earlier(path: Path, settings: Mapping[str, object]) -> AlignmentGraph:
+    """Read the graph of an earlier merge of many maps, by its folder or its fleet.json."""
+    from rectmerge.fleet.record import FleetFile
+    from rectmerge.fleet.saved_graph import read_graph
+
+    file = FleetFile.find(path)
+    if file is None:
+        raise InputError(
+            f"{path}: is no fleet.json, nor a folder that holds one: --from takes that of an earlier merge"
+        )
+    return read_graph(FleetFile.read(file), settings)
 
 
 def _merged(

@@ -29,7 +29,12 @@ PixelsText = Annotated[
     str | None, typer.Option("--pixels", metavar="A,B,TX,TY", help="Place B by hand: from its pixels to A's.")
 ]
 Earlier = Annotated[
-    Path | None, typer.Option("--from", metavar="ALIGNMENT.json", help="Place B as an earlier merge did.")
+    Path | None,
+    typer.Option(
+        "--from",
+        metavar="ALIGNMENT.json",
+        help="Place B as an earlier merge did; of more than two maps, take a fleet.json's answers and ask what is new.",
+    ),
 ]
 
 Unchecked = Annotated[

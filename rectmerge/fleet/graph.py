@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -145,6 +145,8 @@ class AlignmentGraph:
         Name of the method that answered.
     digests
         Fingerprints of the maps' cells, by name, by which a later call knows which answers still hold.
+    changes
+        Placement of an earlier graph that did not stay, by name: a line each.
     seconds
         Wall time.
     """
@@ -157,6 +159,7 @@ class AlignmentGraph:
     bridges: tuple[tuple[str, str], ...]
     method: str
     digests: Mapping[str, str]
+    changes: Mapping[str, str] = field(default_factory=dict)
     seconds: float = 0.0
 
     def __bool__(self) -> bool:
@@ -180,5 +183,6 @@ class AlignmentGraph:
             "pairs": [{"a": a, "b": b} | answer.as_dict() for (a, b), answer in self.pairs.asked.items()],
             "method": self.method,
             "digests": dict(self.digests),
+            "changes": dict(self.changes),
             "seconds": self.seconds,
         }

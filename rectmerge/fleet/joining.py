@@ -9,13 +9,13 @@ is no evidence.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from rectmerge.fleet.complex_similarity import ComplexSimilarity, Points, rms
-from rectmerge.fleet.evidence import Evidence, Pair, PairCandidate
+from rectmerge.fleet.evidence import Evidence, Pair, PairCandidate, relative
 from rectmerge.fleet.params import FleetParams
 from rectmerge.fleet.placing import place
 
@@ -56,9 +56,13 @@ class Joining:
         Asks pairs of maps.
     params
         Parameters of all stages.
+    start
+        Poses of maps that are together from the beginning, by component; they keep their places to each other.
     """
 
-    def __init__(self, evidence: Evidence, ask: Ask, params: FleetParams) -> None:
+    def __init__(
+        self, evidence: Evidence, ask: Ask, params: FleetParams, start: Sequence[Mapping[int, ComplexSimilarity]] = ()
+    ) -> None:
         count = len(evidence.maps)
         self.evidence = evidence
         self.params = params
@@ -69,6 +73,14 @@ class Joining:
         self._ask = ask
         self._root = list(range(count))
         self._offers: dict[Pair, Join | None] = {}
+        self._held = {index for poses in start for index in poses}
+        for poses in start:
+            together = tuple(sorted(poses))
+            for index in together:
+                del self.members[index]
+                self._root[index] = together[0]
+                self.poses[index] = poses[index]
+            self.members[together[0]] = together
 
     def run(self) -> None:
         """Join components until no join is probable enough, and refine the placements of each."""
@@ -84,6 +96,15 @@ class Joining:
         for members in self.members.values():
             for _ in range(self.params.place.passes):
                 self._refine(members)
+
+    def total(self) -> float:
+        """Return the nats that all asked pairs give to the components as they are."""
+        nats = 0.0
+        for pair in self.evidence.candidates:
+            if self._root[pair[0]] == self._root[pair[1]]:
+                support = self.evidence.support(pair, relative(self.poses, pair))
+                nats += support.nats - (0.0 if support.candidate is None else support.candidate.bonus)
+        return nats
 
     def take(self, pair: Pair) -> None:
         """Join two maps by the best candidate of their pair, whatever else is known."""
@@ -223,6 +244,7 @@ class Joining:
 
     def _refine(self, members: Sequence[int]) -> None:
         edges = self.evidence.agreeing(members, self.poses)
-        refined = place(self.evidence.maps, self.poses, edges, members[0], self.params.place) if edges else {}
+        held = self._held.intersection(members) or {members[0]}
+        refined = place(self.evidence.maps, self.poses, edges, held, self.params.place) if edges else {}
         for index, pose in refined.items():
             self.poses[index] = pose

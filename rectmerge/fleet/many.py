@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from rectmerge.alignment import Alignment, Method
 from rectmerge.errors import InputError
 from rectmerge.fleet.asking import AskPair, Questions
 from rectmerge.fleet.assembling import assemble
+from rectmerge.fleet.earlier import Earlier, describe_changes
 from rectmerge.fleet.evidence import Evidence, Pair
 from rectmerge.fleet.graph import AlignmentGraph
 from rectmerge.fleet.joining import Joining
@@ -46,7 +48,8 @@ def align_many(
     budget
         Most pairs to ask; None for as many as the joins need, about five a map at most.
     earlier
-        Graph of some of these maps: its answers are taken over where the cells of both maps are the same.
+        Graph of some of these maps. Its answers are taken over where the cells of both maps are the same, so that only
+        pairs of new maps are asked. Its placements stay unless others are better by 3 nats; then `changes` says so.
 
     Raises
     ------
@@ -86,11 +89,11 @@ def build_graph(
     names = sorted(samples, key=lambda name: (samples[name].digest, order[name]))  # the same however they are given
     grids = [named[name] for name in names]
     evidence = Evidence([samples[name] for name in names], params.evidence)
-    questions = Questions(
-        grids, names, [order[name] for name in names], evidence, ask, budget, _known(names, samples, earlier)
-    )
-    joining = _join(grids, evidence, questions, params)
-    return assemble(named, names, faults, joining, questions, method=method, started=started)
+    before = Earlier.of(earlier, names, samples)
+    questions = Questions(grids, names, [order[name] for name in names], evidence, ask, budget, before.answers)
+    joining, gain = _join(grids, evidence, questions, params, before)
+    graph = assemble(named, names, faults, joining, questions, method=method, started=started)
+    return graph if earlier is None else replace(graph, changes=describe_changes(earlier, graph, named, gain))
 
 
 def _named(maps: Maps) -> dict[str, OccupancyGrid]:
@@ -100,40 +103,41 @@ def _named(maps: Maps) -> dict[str, OccupancyGrid]:
     return named
 
 
-def _known(
-    names: Sequence[str], samples: Mapping[str, MapSample], earlier: AlignmentGraph | None
-) -> dict[Pair, Alignment]:
-    """Return the answers of an earlier graph about maps that have not changed, by the indices of (A, B)."""
-    if earlier is None:
-        return {}
-    at = {name: index for index, name in enumerate(names) if earlier.digests.get(name) == samples[name].digest}
-    return {
-        (at[a], at[b]): answer.alignment
-        for (a, b), answer in earlier.pairs.asked.items()
-        if a in at and b in at and answer.alignment is not None
-    }
-
-
-def _join(grids: Sequence[OccupancyGrid], evidence: Evidence, questions: Questions, params: FleetParams) -> Joining:
-    """Ask the likely partners of each map, join, and ask more partners of the maps that are left alone."""
-    joining = Joining(evidence, questions.ask, params)
-    if len(grids) < 2:
-        return joining
+def _join(
+    grids: Sequence[OccupancyGrid], evidence: Evidence, questions: Questions, params: FleetParams, before: Earlier
+) -> tuple[Joining, float]:
+    """Join the maps; return the gain in nats over the earlier placements where others are taken, else 0."""
+    questions.ask([(min(pair), max(pair)) for pair in before.answers])
     if len(grids) == 2:  # what the pair says is the answer
+        joining = Joining(evidence, questions.ask, params)
         questions.ask([(0, 1)])
         if any(questions.answers.values()):
             joining.take((0, 1))
-        return joining
+        return joining, 0.0
+    if len(grids) < 2:
+        return Joining(evidence, questions.ask, params), 0.0
+    anew = _ask_and_join(grids, evidence, questions, params, before)
+    if not before.components:
+        return anew, 0.0
+    kept = Joining(evidence, questions.ask, params, before.components)
+    kept.run()
+    gain = anew.total() - kept.total()
+    return (anew, gain) if gain >= params.join.change_margin else (kept, 0.0)
+
+
+def _ask_and_join(
+    grids: Sequence[OccupancyGrid], evidence: Evidence, questions: Questions, params: FleetParams, before: Earlier
+) -> Joining:
+    """Ask the likely partners of each map, join, and ask more partners of the maps that are left alone."""
     cosine = similarities([signature(grid, params.partner) for grid in grids], params.partner)
-    questions.ask(partners(cosine, params.partner.partners))
-    joining.run()
-    for _ in range(params.partner.rounds):
-        left = params.partner.pairs_per_map * len(grids) - len(questions.answers)
-        if left <= 0 or not questions.ask(_of_alone(joining, cosine)[:left]):
-            break
+    questions.ask([pair for pair in partners(cosine, params.partner.partners) if not before.knows(pair)])
+    while True:
         joining = Joining(evidence, questions.ask, params)
         joining.run()
-    return joining
+        left = params.partner.pairs_per_map * len(grids) - len(questions.answers)
+        pairs = [pair for pair in _of_alone(joining, cosine) if not before.knows(pair)]
+        if left <= 0 or not questions.ask(pairs[:left]):
+            return joining
 
 
 def _of_alone(joining: Joining, cosine: NDArray[np.float64]) -> list[Pair]:

@@ -92,6 +92,7 @@ def describe(graph: AlignmentGraph, files: Sequence[Path] = (), *, merged: Seque
         width = max(map(len, names))
         lines += [f"    {_describe_placement(graph, name, width)}" for name in names[1:]]
     lines += [f"  left out    {name}: {reason}" for name, reason in graph.left_out.items()]
+    lines += [f"  changed     {name}: {reason}" for name, reason in graph.changes.items()]
     larger = {name for names in graph.components if len(names) > 2 for name in names}
     lines += [
         f"  bridge      {a} and {b}: only this pair joins the maps on its two sides; look at the overlay"

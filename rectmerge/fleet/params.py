@@ -24,8 +24,9 @@ class PartnerParams(Group):
     border_weight: float = param(0.5, "share", HAND)  # of those
     max_document_share: float = param(0.7, "share of the maps", HAND)  # that have a word, or it says nothing
     partners: int = param(4, "maps", "4 each kept the maps of four buildings connected")  # asked of each map
-    rounds: int = param(4, "rounds", HAND)  # in which maps left alone are compared with one map of each component
-    pairs_per_map: int = param(5, "pairs", "hand, no data; trades time for recall")  # from which no round begins
+    pairs_per_map: int = param(
+        5, "pairs", "hand, no data; trades time for recall"
+    )  # up to which maps left alone are asked for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +64,8 @@ class JoinParams(Group):
     implied_overlap: float = param(0.2, "share", TRIED)  # of a pair that a join lays on each other: it is asked
     asked_at_once: int = param(3, "pairs", HAND)
     enough_agreeing: int = param(3, "pairs", TRIED)  # that agree, for a single map to be joined without asking more
+
+    change_margin: float = param(3.0, "nats", HAND)  # by which new placements must be better than earlier ones
 
     @property
     def accept_log_odds(self) -> float:

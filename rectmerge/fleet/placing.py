@@ -8,7 +8,7 @@ keeps the system well conditioned.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ def place(
     maps: Sequence[MapSample],
     poses: Sequence[ComplexSimilarity],
     edges: Sequence[PairCandidate],
-    reference: int,
+    held: Collection[int],
     params: PlaceParams,
 ) -> dict[int, ComplexSimilarity]:
     """Refine the poses of the maps that some pairs connect.
@@ -33,9 +33,9 @@ def place(
     maps, poses
         All maps, and their placements in the component's frame.
     edges
-        Agreeing candidates. Those that no other connects with the reference are left out.
-    reference
-        Map whose pose stays.
+        Agreeing candidates. Those that no other connects with a held map are left out.
+    held
+        Maps whose poses stay, at least one.
     params
         Parameters of the least squares.
 
@@ -44,8 +44,10 @@ def place(
     dict
         New poses of the connected maps, by index.
     """
-    edges = _connected(edges, reference)
-    named = sorted({index for edge in edges for index in edge.pair} | {reference})
+    edges = _connected(edges, held)
+    named = sorted({index for edge in edges for index in edge.pair} | set(held))
+    is_held = np.repeat([index in held for index in named], 2)
+    fixed = np.concatenate([_normalised(poses[index], maps[index]) for index in named if index in held])
     column = {index: 2 * position for position, index in enumerate(named)}
     blocks = [_block(edge, maps) for edge in edges]
     current = {index: poses[index] for index in named}
@@ -54,9 +56,11 @@ def place(
         for edge, block in zip(edges, blocks, strict=True):
             at = [column[edge.pair[0]], column[edge.pair[0]] + 1, column[edge.pair[1]], column[edge.pair[1]] + 1]
             matrix[np.ix_(at, at)] += _weight(edge, current, params) * block
-        solved = _solve(matrix, column[reference], _normalised(current[reference], maps[reference]))
+        solved = _solve(matrix, is_held, fixed)
         moved = 0.0
         for index in named:
+            if index in held:
+                continue
             pose = _given(solved[column[index]], solved[column[index] + 1], maps[index])
             marks = maps[index].landmarks
             moved = max(moved, float(np.abs(pose.apply(marks) - current[index].apply(marks)).max()))
@@ -66,9 +70,9 @@ def place(
     return current
 
 
-def _connected(edges: Sequence[PairCandidate], reference: int) -> list[PairCandidate]:
-    """Return the pairs that a chain of pairs connects with the reference."""
-    reached, grows = {reference}, True
+def _connected(edges: Sequence[PairCandidate], held: Iterable[int]) -> list[PairCandidate]:
+    """Return the pairs that a chain of pairs connects with a held map."""
+    reached, grows = set(held), True
     while grows:
         beside = {index for edge in edges if not reached.isdisjoint(edge.pair) for index in edge.pair}
         grows = not beside <= reached
@@ -93,14 +97,12 @@ def _weight(edge: PairCandidate, poses: dict[int, ComplexSimilarity], params: Pl
     return max(edge.overlap, params.min_overlap) / (sigma * (1 + residual**2)) ** 2
 
 
-def _solve(matrix: NDArray[np.complex128], at: int, known: Points) -> Points:
-    """Solve the normal equations with the unknowns of the reference, two from `at` on, held at their values."""
-    held = np.zeros(len(matrix), np.bool_)
-    held[at : at + 2] = True
+def _solve(matrix: NDArray[np.complex128], is_held: NDArray[np.bool_], fixed: Points) -> Points:
+    """Solve the normal equations with some unknowns held at fixed values."""
     solved = np.zeros(len(matrix), np.complex128)
-    solved[held] = known
-    right = -matrix[np.ix_(~held, held)] @ known
-    solved[~held] = np.linalg.lstsq(matrix[np.ix_(~held, ~held)], right, rcond=None)[0]
+    solved[is_held] = fixed
+    right = -matrix[np.ix_(~is_held, is_held)] @ fixed
+    solved[~is_held] = np.linalg.lstsq(matrix[np.ix_(~is_held, ~is_held)], right, rcond=None)[0]
     return solved
 
 

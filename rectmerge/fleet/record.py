@@ -26,6 +26,7 @@ def to_json_dict(
     maps: Mapping[str, OccupancyGrid],
     inputs: Mapping[str, Mapping[str, Any]],
     merged: Sequence[str | None],
+    settings: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return the content of ``fleet.json``.
 
@@ -39,8 +40,10 @@ def to_json_dict(
         The files of the maps, as `rectmerge.results.inputs.input_json_dict` names them.
     merged
         File of the merged map of each component; None where none was written.
+    settings
+        Settings of the method, without which the answers of the pairs say nothing.
     """
-    record = graph.as_dict() | {"merged": list(merged), "inputs": dict(inputs)}
+    record = graph.as_dict() | {"merged": list(merged), "inputs": dict(inputs), "settings": dict(settings)}
     for name, entry in record["placements"].items():
         entry["shared"] = _free_area(maps[name]).as_dict()
     return record

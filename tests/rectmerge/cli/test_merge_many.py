@@ -150,7 +150,7 @@ def test_a_merge_of_two_clears_that_of_many_and_keeps_its_files(tmp_path):
 
 BAD = {
     "a guess": (["--guess", "0,0,0"], "--guess is for two maps"),
-    "an earlier merge": (["--from", "nowhere"], "--from is for two maps"),
+    "no earlier merge": (["--from", "nowhere"], "nowhere: is no fleet.json, nor a folder that holds one"),
     "a resolution": (["--resolution-b", "0.1"], "--resolution-b is for two maps"),
     "cells of B": (["--output-resolution", "b"], "--output-resolution b is for two maps"),
     "a reference that is none": (["--reference", "d"], "--reference d is none of the maps: building_a, building_b"),
@@ -199,6 +199,57 @@ def test_progress_names_the_pairs_asked_and_the_time_left(tmp_path, saved, monke
 
     told = capsys.readouterr().err.splitlines()
     assert re.fullmatch(r"rectmerge: 1 of about 6 pairs asked, about \d+ s left", told[0])
+
+
+def test_a_map_is_added_by_asking_only_its_own_pairs(tmp_path, saved):
+    made = fleet(1, home=5, other=0)
+    files = saved(made)
+    first, out, grown = list(files.values())[:4], tmp_path / "out", tmp_path / "grown"
+    assert rectmerge("merge", *first, "-o", out) == console.YES
+    method = Judge(made)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(methods, "make_method", lambda name, **fields: method)
+        patch.setattr("rectmerge.method_fields.field_values", lambda method: _fields_of(out))
+        assert rectmerge("merge", *files.values(), "--from", out, "-o", grown) == console.YES
+
+    assert method.asked
+    assert all("home4" in pair for pair in method.asked)
+    before, after = (json.loads((folder / "fleet.json").read_text()) for folder in (out, grown))
+    for name, placement in before["placements"].items():
+        assert np.array(after["placements"][name]["pixels"]) == pytest.approx(np.array(placement["pixels"]), abs=1e-9)
+    assert after["changes"] == {}
+
+
+def _fields_of(folder):
+    return json.loads((folder / "fleet.json").read_text())["settings"]["fields"]
+
+
+def test_answers_asked_with_other_settings_are_not_taken_over(merged, tmp_path, capsys):
+    words = ("merge", *MAPS, "--from", merged, "-o", tmp_path / "out")
+
+    assert rectmerge(*words, "--seed", "5") == console.BAD_INPUT
+    assert "its pairs were asked with other seed; give the same, or leave out --from" in capsys.readouterr().err
+    assert rectmerge(*words, "--set", "robust.max_candidates=3") == console.BAD_INPUT
+    assert "with other fields" in capsys.readouterr().err
+    assert rectmerge(*words) == console.YES
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"digests": None}, "not an answer of rectmerge merge"),
+        ({"pairs": [{"a": "x"}]}, "there is no"),
+        ({"settings": {}}, "there is no 'method'"),
+        ({"bridges": [["a"]]}, "not an answer of rectmerge merge"),
+    ],
+)
+def test_a_broken_record_is_named(merged, tmp_path, capsys, change, message):
+    record = json.loads((merged / "fleet.json").read_text()) | change
+    (tmp_path / "fleet.json").write_text(json.dumps(record))
+
+    assert rectmerge("merge", *MAPS, "--from", tmp_path, "-o", tmp_path / "out") == console.BAD_INPUT
+    assert message in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")
