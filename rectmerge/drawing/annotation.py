@@ -54,7 +54,12 @@ def circle_spots(image: Picture, spots: Sequence[Spot]) -> int:
     return min(len(spots), MAX_CIRCLES)
 
 
-def draw_origins(image: Picture, origins: Mapping[str, tuple[Color, NDArray[np.float64]]]) -> None:
+def draw_origins(
+    image: Picture,
+    origins: Mapping[str, tuple[Color, NDArray[np.float64]]],
+    *,
+    ruler: tuple[float, str] | None = None,
+) -> None:
     """Draw the axes of map frames at their origins; for an origin outside, an arrow at the border that points to it.
 
     Parameters
@@ -63,6 +68,8 @@ def draw_origins(image: Picture, origins: Mapping[str, tuple[Color, NDArray[np.f
         The picture to draw on.
     origins
         By name, the colour, and the axes of shape (3, 2): the origin, and unit vectors along x and y, in pixels.
+    ruler
+        Pixels per map unit, and the unit: the label of an origin outside then says how far from the border it lies.
     """
     bounds = np.array(image.shape[1::-1], np.float64) - 1
     taken: list[Box] = []
@@ -70,7 +77,16 @@ def draw_origins(image: Picture, origins: Mapping[str, tuple[Color, NDArray[np.f
         if ((axes[0] >= -1) & (axes[0] <= bounds + 1)).all():
             _draw_axes(image, f"origin {name}", color, axes, taken)
         else:
-            _point_at(image, f"origin {name}", color, axes[0], taken, aside_px=40 * number)
+            label = f"origin {name}{_distance_off(axes[0], bounds, ruler)}"
+            _point_at(image, label, color, axes[0], taken, aside_px=40 * number)
+
+
+def _distance_off(point: NDArray[np.float64], bounds: NDArray[np.float64], ruler: tuple[float, str] | None) -> str:
+    """Return how far from the picture's border a point outside lies, in map units; nothing without a ruler."""
+    if ruler is None:
+        return ""
+    px_per_unit, unit = ruler
+    return f", {math.dist(point, point.clip(0, bounds)) / px_per_unit:.3g} {unit} off"
 
 
 def with_scale_bar(image: Picture, px_per_unit: float, unit: str) -> Picture:

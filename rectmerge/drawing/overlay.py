@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,6 +30,7 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 
 ONLY_A, ONLY_B, BOTH, WALL_BOTH = (198, 223, 240), (250, 219, 186), (255, 255, 255), (0, 0, 0)
+AGREEMENT_REACH_CELLS = 1.0  # of A, between walls that agree: turned cells do not lie on each other exactly
 SPECK_CELLS = 3  # a patch of conflict of no more cells is noise, and gets no circle
 MARGIN_PX, SMALLEST_PX = 24, 320  # a smaller picture has no room for its marks
 
@@ -60,13 +62,14 @@ def draw_overlay(
     zoom = enlarge(zoom_for(_extent(known, b, to_known @ pixels), max(1, side_px - 2 * MARGIN_PX)))
     (code_a, code_b), (top, left) = resample([known, b], [zoom, zoom @ to_known @ pixels])
     conflict = find_conflict([code_a, code_b], reach=max(1, round(CONFLICT_REACH_CELLS * zoom.scale)))
-    image = _framed(_paint(OccupancyGrid(code_a), OccupancyGrid(code_b), conflict), min(side_px, SMALLEST_PX))
+    reach_px = max(1, round(AGREEMENT_REACH_CELLS * zoom.scale))
+    image = _framed(_paint(OccupancyGrid(code_a), OccupancyGrid(code_b), conflict, reach_px), min(side_px, SMALLEST_PX))
     single = small_patches(conflict, round(SPECK_CELLS * max(1.0, zoom.scale) ** 2))
     spots = find_spots(np.pad(conflict & ~single, MARGIN_PX))
     circled = circle_spots(image, spots)
     to_picture = Similarity(tx=float(left + MARGIN_PX), ty=float(top + MARGIN_PX)) @ zoom @ to_known
     axes = {"A": (WALL_A, _axes(a, to_picture)), "B": (WALL_B, _axes(b, to_picture @ pixels))}
-    draw_origins(image, axes)
+    draw_origins(image, axes, ruler=(zoom.scale / a.cell_size, a.unit))
     framed = with_scale_bar(
         with_legend(image, _legend(spots, circled, bool(single.any()))), zoom.scale / a.cell_size, a.unit
     )
@@ -85,11 +88,13 @@ def _cut(grid: OccupancyGrid) -> tuple[tuple[int, int], OccupancyGrid]:
     return (int(top), int(left)), OccupancyGrid(grid.occupancy[top:bottom, left:right])
 
 
-def _paint(on_a: OccupancyGrid, on_b: OccupancyGrid, conflict: NDArray[np.bool_]) -> Picture:
+def _paint(on_a: OccupancyGrid, on_b: OccupancyGrid, conflict: NDArray[np.bool_], reach_px: int) -> Picture:
     image = np.full((*on_a.shape, 3), UNKNOWN_GREY, np.uint8)
     image[on_a.free], image[on_b.free], image[on_a.free & on_b.free] = ONLY_A, ONLY_B, BOTH
     image[on_a.occupied], image[on_b.occupied] = WALL_A, WALL_B
-    image[on_a.occupied & on_b.occupied] = WALL_BOTH
+    around = np.ones((2 * reach_px + 1, 2 * reach_px + 1), np.uint8)
+    near_a, near_b = (cv2.dilate(grid.occupied.view(np.uint8), around) > 0 for grid in (on_a, on_b))
+    image[(on_a.occupied & near_b) | (on_b.occupied & near_a)] = WALL_BOTH
     image[conflict] = CONFLICT
     return image
 

@@ -214,6 +214,7 @@ class ReasonParams(Group):
     max_roughness: float = param(0.25, "share of neighbours that differ", "hand: crowded maps have 0.1, noise 0.5")
     bent_share: float = param(0.12, "share of the walls", HAND)  # near each other but not matched in bent maps
     bent_support: float = param(0.25, "nats per wall point", HAND)  # of bent maps that fit each other
+    contradicted_share: float = param(0.4, "share of the walls", "hand: more in 10 of 36 refused pairs of two places")
     little_overlap: float = param(0.35, "share", HAND)  # under which walls match by chance
     far_behind: float = param(3.0, "times the odds of the rest", HAND)  # from which only the best deserves a look
 

@@ -1,4 +1,4 @@
-"""Reasons of a verdict, in one line that names the likeliest cause and the remedy."""
+"""Reasons of a verdict: the measures that decided in one line, with a cause only where they show it, and a remedy."""
 
 from __future__ import annotations
 
@@ -79,18 +79,24 @@ def _fault_of_maps(maps: Mapping[str, MapFacts], params: ReasonParams) -> str | 
 
 
 def _fault_of_placement(verdict: Verdict, evidence: Evidence, agreement: Agreement, params: ReasonParams) -> str:
-    if _is_bent(evidence, params):
+    measured = f"overlap {agreement.overlap:.0%} of the smaller map, {agreement.conflict:.0%} of the walls contradicted"
+    if evidence.likelihood > 0 and _is_bent(evidence, params):
+        beside = evidence.agreement.near - evidence.agreement.matched
         return (
-            "the walls lie beside each other, not on each other: the maps are bent against each other too much for one "
-            "similarity; close loops in the mapping, or merge smaller parts"
+            f"{beside:.0%} of the walls lie beside each other, not on each other ({measured}): if the maps show one "
+            "place, they are bent against each other too much for one similarity; close loops in the mapping, or merge "
+            "smaller parts"
         )
     if verdict == "ambiguous":
         return _doubt(evidence, params)
-    if evidence.likelihood <= 0:
-        return "no placement explains the walls better than chance: these seem to be maps of different places"
+    if evidence.likelihood <= 0 or agreement.conflict >= params.contradicted_share:
+        how = (
+            "no placement explains the walls better than chance" if evidence.likelihood <= 0 else "no placement agrees"
+        )
+        return f"{how} (the best: {measured}): these seem to be maps of different places"
     return (
-        f"the best placement agrees too little (overlap {agreement.overlap:.0%} of the smaller map, "
-        f"{agreement.conflict:.0%} of the walls contradicted): the maps are of different places, or share no room"
+        f"the best placement agrees too little to tell one place from two ({measured}): "
+        "if both maps show one place, map more of what they share"
     )
 
 
@@ -102,14 +108,14 @@ def _doubt(evidence: Evidence, params: ReasonParams) -> str:
             f"candidate 1 is probably right ({evidence.probability:.0%}, where {evidence.params.accept_at:.0%} is "
             "asked) and no other comes close: look at its overlay, and take it if the walls agree"
         )
-    if evidence.mirror_log_odds > evidence.rest_log_odds:
+    if evidence.rest_log_odds < behind:
         return (
             f"the mirror image of one map fits nearly as well, so that the walls may agree by chance (the best has "
             f"{evidence.probability:.0%}): map more of what both share"
         )
     cause = "the building repeats itself or is symmetric"
     if evidence.agreement.overlap < params.little_overlap:
-        cause += ", or the maps share no room"
+        cause += f", or the overlap of {evidence.agreement.overlap:.0%} is too little to tell"
     return (
         f"more than one placement explains the walls (the best has {evidence.probability:.0%}): {cause}; look at "
         "the candidates, or map more of what tells the places apart"

@@ -14,7 +14,7 @@ from scenarios.report import charts, merged_quality
 from scenarios.report.gallery import gallery
 from scenarios.report.latex import latex
 from scenarios.report.reading import Runs, TrackResults
-from scenarios.report.standings import as_cells, standings
+from scenarios.report.standings import as_cells, standings, tie
 
 PACKAGE = "scenarios.report"
 TEMPLATE, STYLE, SCRIPT = "page.html.j2", "page.css", "page.js"
@@ -80,6 +80,7 @@ def _section(track_results: TrackResults, runs: Runs) -> dict[str, Any]:
         "pairs": len({row["pair_id"] for row in track_results.rows}),
         "places": len({row["place"] for row in track_results.rows}),
         "lines": [(line.label, as_cells(line)) for line in lines],
+        "tie": tie(lines),
         "shown": list(shown),
         "merged": merged_quality.as_cells(merged_quality.qualities(shown, runs.maps)),
         "success": charts.success_charts(shown),

@@ -74,6 +74,15 @@ def standings(track_results: TrackResults) -> list[Standing]:
     return sorted(lines, key=lambda line: (-line.right.k, line.wrong + line.merged.k))
 
 
+def tie(lines: Sequence[Standing]) -> str:
+    """Return the counts that all of several methods share; empty where they differ or there is one method."""
+    counts = {(line.right.k, line.wrong, line.merged.k) for line in lines}
+    if len(lines) < 2 or len(counts) > 1:
+        return ""
+    right, wrong, merged = counts.pop()
+    return f"each has {right} of {lines[0].right.n} right and accepted, {wrong} wrong and {merged} false merges"
+
+
 def _standing(label: str, rows: Sequence[Row]) -> Standing:
     required = [row for row in rows if row["stratum"] == "required"]
     unrelated = [row for row in rows if row["stratum"] == "unrelated"]

@@ -5,8 +5,8 @@ import cv2
 import numpy as np
 import pytest
 
+from rectmerge.drawing import annotation, overlay
 from rectmerge.drawing import maps as picture
-from rectmerge.drawing import overlay
 from rectmerge.drawing.overlay import draw_overlay
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
@@ -147,6 +147,31 @@ def test_an_origin_outside_is_an_arrow_at_the_border_that_points_to_it():
     assert blue[:, -8:].any()  # A's origin is far to the right
     assert not blue[:, :8].any()
     assert (image == picture.WALL_B).all(axis=-1)[-60:, :60].any()  # and B's to the lower left
+
+
+def test_the_label_of_an_origin_outside_holds_its_distance_from_the_border(monkeypatch):
+    labels = []
+    monkeypatch.setattr(annotation, "_label", lambda image, text, *_: labels.append(text))
+    b = room(origin=(-100.0, -3.0, 0.0))  # B's origin is 100 m to the right of its left side
+
+    draw_overlay(room(), b, Similarity())
+
+    margin_m = overlay.MARGIN_PX / ZOOM * 0.1
+    assert f"origin B, {100 - 8 - margin_m:.3g} m off" in labels
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, 0.785, 2.5])
+def test_walls_of_turned_maps_that_agree_are_drawn_in_the_one_colour_of_agreement(turn):
+    a = drawing.building(origin=(500.0, 0.0, 0.0))
+    middle = np.array(a.shape[::-1]) / 2
+    turned = cv2.getRotationMatrix2D(middle.tolist(), math.degrees(turn), 1.0)
+    cells = cv2.warpAffine(a.occupancy, turned, a.shape[::-1], flags=cv2.INTER_NEAREST, borderValue=-1)
+    back = Similarity.from_matrix(cv2.invertAffineTransform(turned))
+
+    image = draw_overlay(a, OccupancyGrid(cells, a.resolution, a.origin), back)
+
+    alone = count(image, picture.WALL_A) + count(image, picture.WALL_B)
+    assert alone < 0.12 * count(image, overlay.WALL_BOTH)  # the arrows, and what the turn cut off
 
 
 @pytest.mark.parametrize(("resolution", "unit_px"), [(0.1, 10 * ZOOM), (None, ZOOM)])

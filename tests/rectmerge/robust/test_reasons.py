@@ -32,7 +32,7 @@ TINY, ROUGH = dataclasses.replace(FINE, free_cells=300), dataclasses.replace(FIN
         ({}, ROUGH, FINE, "map A is too noisy (40%"),
         ({"agreement": LITTLE._replace(near=0.8, matched=0.4), "support": 0.5}, FINE, FINE, "bent"),
         ({"likelihood": -3.0}, FINE, FINE, "different places"),
-        ({}, FINE, FINE, "40% of the walls contradicted"),
+        ({}, FINE, FINE, "40% of the walls contradicted): these seem to be maps of different places"),
     ],
 )
 def test_the_first_cause_is_named(change, a, b, word):
@@ -44,6 +44,11 @@ def test_the_first_cause_is_named(change, a, b, word):
     [
         (6.0, -9.0, "more than one placement"),
         (4.5, 5.5, "mirror image"),
+        (
+            5.2,
+            5.5,
+            "more than one placement",
+        ),  # half a turn is a mirror image of a mirror image: no cause is singled out
         (4.5, 4.0, "candidate 1 is probably right"),
     ],
 )
@@ -51,6 +56,29 @@ def test_what_keeps_the_best_placement_from_being_accepted_is_told(rest_log_odds
     doubtful = dataclasses.replace(POOR, plausibility=6.0, rest_log_odds=rest_log_odds, mirror_log_odds=mirror_log_odds)
 
     assert words in reasons.not_accepted("ambiguous", doubtful, SEEN, {"A": FINE, "B": FINE}, PARAMS)
+
+
+@pytest.mark.parametrize(("overlap", "conflict"), [(0.08, 0.05), (0.4, 0.16), (0.02, 0.0)])
+def test_no_cause_is_named_where_a_right_and_a_wrong_placement_measure_alike(overlap, conflict):
+    seen = Agreement(overlap=overlap, iou=0.1, conflict=conflict)
+
+    said = reasons.not_accepted("rejected", POOR, seen, {"A": FINE, "B": FINE}, PARAMS)
+
+    assert f"overlap {overlap:.0%} of the smaller map, {conflict:.0%} of the walls contradicted" in said
+    for cause in ("different places", "share no room", "are bent"):
+        assert cause not in said
+
+
+def test_unlike_maps_are_not_said_to_be_bent():
+    beside = dataclasses.replace(POOR, agreement=LITTLE._replace(near=0.9, matched=0.2), support=0.5)
+    unlike = dataclasses.replace(beside, likelihood=-3.0)
+
+    said, other = (
+        reasons.not_accepted("rejected", each, SEEN, {"A": FINE, "B": FINE}, PARAMS) for each in (beside, unlike)
+    )
+    assert "70% of the walls lie beside each other" in said
+    assert "if the maps show one place, they are bent" in said
+    assert "bent" not in other
 
 
 def test_bent_maps_that_are_accepted_are_told_to_be():
@@ -118,8 +146,8 @@ def too_little_space(seed):
 
 PLANTED = {
     mirrored: ("mirrored",),
-    unrelated: ("different places",),
-    no_shared_room: ("share no room", "different places"),
+    unrelated: ("different places", "to tell one place from two"),
+    no_shared_room: ("different places", "to tell one place from two"),
     symmetric: ("more than one placement",),
     bent: ("bent",),
     too_noisy: ("too noisy",),

@@ -280,6 +280,16 @@ def test_the_page_is_no_wider_than_the_screen(page, width):
     assert pages.width_on_a_screen(page, width) <= width
 
 
+def test_on_a_screen_of_800_by_800_the_numbers_show_without_scrolling(page):
+    metrics = {"width": 800, "height": 800, "deviceScaleFactor": 1, "mobile": False}
+    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    lowest = "return document.getElementById(arguments[0]).getBoundingClientRect().bottom + scrollY"
+    bottoms = {name: page.execute_script(lowest, name) for name in ("candidates", "pixels", "guess", "check", "merge")}
+    page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+    assert max(bottoms.values()) <= 800, bottoms
+
+
 def test_nothing_is_asked_of_the_network_and_nothing_goes_wrong(page):
     asked = pages.requests(page)
 

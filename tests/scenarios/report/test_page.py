@@ -6,7 +6,7 @@ import pytest
 from rectmerge.errors import InputError
 from scenarios.report.page import write_report
 from scenarios.report.reading import Runs
-from scenarios.report.standings import standings
+from scenarios.report.standings import standings, tie
 from tests.scenarios.known_answers import Source, run_pairs
 from tests.scenarios.report.conftest import METHODS
 
@@ -47,6 +47,17 @@ def test_the_leaderboard_counts_what_the_rows_say(report_run):
     assert (lines["bad"].right.k, lines["bad"].wrong, lines["bad"].best) == (0, 3, 0)
     assert (lines["bad-tuned"].right.k, lines["bad-tuned"].best, lines["bad-tuned"].merged.k) == (0, 3, 0)
     assert (lines["bad"].aurc, lines["good"].aurc) == (1.0, 0.5)
+
+
+@pytest.mark.parametrize(("labels", "tied"), [("good", ""), ("good bad", ""), ("good good", "3 of 3 right"), ("", "")])
+def test_a_tie_of_all_methods_is_said(report_run, labels, tied):
+    (track_results,) = Runs.read([report_run]).tracks
+    lines = {line.label: line for line in standings(track_results)}
+
+    said = tie([lines[label] for label in labels.split()])
+
+    assert tied in said
+    assert bool(said) == bool(tied)
 
 
 def test_a_run_without_its_maps_has_no_gallery(tmp_path):
