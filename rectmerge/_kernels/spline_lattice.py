@@ -16,7 +16,7 @@ from rectmerge._kernels.compiling import kernel
 def patch(at: float, corner: float, spacing: float, count: int) -> tuple[int, float, bool]:
     """Return the first of the four splines at a coordinate, the place between them (0..1), and if it is inside."""
     g = (at - corner) / spacing
-    if g <= 0.0:
+    if not g > 0.0:  # not a number, too
         return 0, 0.0, g == 0.0
     if g >= count - 3:
         return count - 4, 1.0, g == count - 3

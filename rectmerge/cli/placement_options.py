@@ -132,6 +132,18 @@ def parse_guess(text: str) -> tuple[float, float, float]:
     return x, y, yaw
 
 
+def parse_point(text: str) -> tuple[float, float]:
+    """Parse ``x,y``.
+
+    Examples
+    --------
+    >>> parse_point("1.5,-2")
+    (1.5, -2.0)
+    """
+    x, y = _numbers(text, (2,), "x,y: a point of map B, in its map frame")
+    return x, y
+
+
 def parse_pixels(text: str) -> Similarity:
     """Parse ``a,b,tx,ty``, or the matrix ``a,-b,tx,b,a,ty``, from B's pixels to A's.
 

@@ -10,6 +10,7 @@ import typer
 
 from rectmerge.cli import console
 from rectmerge.cli.map_options import MergeFolder
+from rectmerge.cli.placement_options import parse_point
 from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,6 +38,9 @@ def transform(
         Path | None,
         typer.Option(metavar="FILE", help="Points of map B, to be carried to map A: CSV, GeoJSON or nav2's YAML."),
     ] = None,
+    at: Annotated[
+        str | None, typer.Option(metavar="X,Y", help="A point of map B, at which the transform is to be right.")
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="File for the carried points.")
     ] = None,
@@ -51,12 +55,17 @@ def transform(
     is no line for TF, which is in metres. Where the merge accepted nothing and no candidate is given, the status is
     that of the merge, 1 or 3.
 
+    Where the merge has bent map B, points are carried by the bend, and headings by the turn at their place; a CSV gets
+    a column bend_std, their standard deviation, empty where the bend was not fitted. No one transform fits then: --at
+    gives the one that is right at a point of map B.
+
     Of a merge of more than two maps there is a line for each map but the references, whose frames are the parents.
     """
     from rectmerge.fleet.record import FleetFile
     from rectmerge.io.atomic_file import replace_file
     from rectmerge.results.alignment_json import AlignmentFile
     from rectmerge.results.saved_alignment import SavedAlignment
+    from rectmerge.results.saved_bend import read_bend
     from rectmerge.transfer.points import carry_points
     from rectmerge.transfer.transform import FORMS as KNOWN
 
@@ -65,8 +74,11 @@ def transform(
         raise InputError(f"--as: {form!r} is not one of {FORMS}")
     if output is not None and points is None:
         raise InputError("-o names the file for carried points; give them with --points")
+    if at is not None and points is not None:
+        raise InputError("--at and --points exclude each other")
+    place = None if at is None else parse_point(at)
     if (fleet := FleetFile.find(folder)) is not None:
-        _print_fleet(FleetFile.read(fleet), known[form], parent, (candidate, child, points))
+        _print_fleet(FleetFile.read(fleet), known[form], parent, (candidate, child, points, at))
         return
     file = AlignmentFile.read(folder)
     alignment = SavedAlignment.from_file(file)
@@ -75,14 +87,23 @@ def transform(
         console.say(f"rectmerge: {folder}: {verdict}; --candidate K takes one of its {count}")
         raise typer.Exit(console.STATUS[alignment.verdict])
     placement = alignment.candidate(candidate or 1)
+    bend = read_bend(file) if candidate in (None, 1) else None
+    if place is not None:
+        placement = placement.at(place, bend)
     if points is not None:
         _refuse(output, points, file)
-        text = carry_points(_text(points), points.name, placement.b_to_a)
+        text = carry_points(_text(points), points.name, placement.b_to_a if bend is None else bend)
     else:
         frame_a, frame_b = alignment.frame_names(parent, child)
         text = placement.format(known[form], parent=frame_a, child=frame_b) + "\n"
     for note in _notes(placement, has_scale=points is not None or form == "matrix"):
         console.note(f"rectmerge: {note}")
+    if bend is not None and points is None and place is None:
+        moved = file.record["unbent"]["largest_move"] * bend.cell_size
+        console.note(
+            f"rectmerge: map B was bent by up to {moved:.3g} {bend.unit}, which one transform cannot carry; "
+            "--at X,Y gives the one that is right at a point of map B"
+        )
     if output is None:
         console.tell(text, ends_line=False)
     else:
@@ -92,7 +113,9 @@ def transform(
 def _print_fleet(file: FleetFile, form: Form, parent: str | None, refused: tuple[object, ...]) -> None:
     """Print the transforms of a merge of more than two maps, a line or a matrix each."""
     if any(option is not None for option in refused):
-        raise InputError(f"{file.path.parent}: holds more than two maps; --candidate, --child and --points are for two")
+        raise InputError(
+            f"{file.path.parent}: holds more than two maps; --candidate, --child, --points and --at are for two"
+        )
     if not file.placements:
         console.say(f"rectmerge: {file.path.parent}: no maps belong together")
         raise typer.Exit(console.NO)

@@ -58,7 +58,7 @@ class AlignmentFile:
         file = _file_of(Path(path))
         _refuse_fleet(file)
         note_interrupted(file.parent)
-        with _explain_errors(file):
+        with explain_errors(file):
             record = json.loads(file.read_text(encoding="utf-8"))
             if not isinstance(record, dict):
                 raise ValueError("no JSON object")
@@ -81,7 +81,7 @@ class AlignmentFile:
 
     def explain_errors(self) -> contextlib.AbstractContextManager[None]:
         """Turn the errors of a key that is missing or unusable into an `InputError` that names the file."""
-        return _explain_errors(self.path)
+        return explain_errors(self.path)
 
 
 def _require_agreement(record: Mapping[str, Any]) -> None:
@@ -107,7 +107,8 @@ def _refuse_fleet(file: Path) -> None:
 
 
 @contextlib.contextmanager
-def _explain_errors(path: Path) -> Iterator[None]:
+def explain_errors(path: Path) -> Iterator[None]:
+    """Turn the errors of a file that is not as `rectmerge merge` writes it into an `InputError` that names it."""
     try:
         yield
     except OSError as error:

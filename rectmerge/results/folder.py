@@ -22,6 +22,7 @@ from rectmerge.io.image_file import encode_image
 from rectmerge.io.json_text import to_json
 from rectmerge.io.map_file import MAP_SAVER_LEGEND, encode_map
 
+BEND_NAME = "unbend.json"
 RESULT_NAMES = re.compile(
     r"(alignment|fleet|unbend)\.json|view\.html|transforms\.yaml|graph\.png|(overlay|conflict)(_\d+)?\.png|"
     r"merged(_\d+)?\.(yaml|pgm)"
@@ -92,7 +93,7 @@ class ResultFolder:
         shaded
             Whether the map's occupancies are kept as they are, in mode raw; else it is written as map_saver does.
         bend
-            The bend of map B, for ``unbend.json``.
+            The bend of map B, for its file.
 
         Raises
         ------
@@ -103,7 +104,7 @@ class ResultFolder:
         if merged is not None:
             files |= merged_files(merged, "merged", shaded=shaded)
         if bend is not None and bend.transform is not None:
-            files["unbend.json"] = (to_json(bend.transform.as_dict()) + "\n").encode()
+            files[BEND_NAME] = (to_json(bend.transform.as_dict()) + "\n").encode()
         files["alignment.json"] = (to_json(alignment) + "\n").encode()
         return self.replace(files)
 

@@ -10,12 +10,11 @@ from itertools import chain
 from typing import NamedTuple
 
 from rectmerge.errors import InputError
-from rectmerge.similarity import Similarity
+from rectmerge.transfer.carrier import STD_NAME, Carrier
 from rectmerge.transfer.poses import (
     CARRIED,
     TURN,
     abbreviate,
-    carry_places,
     parse_finite,
     turn_headings,
     unknown_headings,
@@ -42,7 +41,7 @@ class _Header(NamedTuple):
     is_given: bool
 
 
-def carry_table(text: str, b_to_a: Similarity) -> str:
+def carry_table(text: str, carrier: Carrier) -> str:
     """Carry the columns x and y of a CSV, and headings by the column names of `rectmerge.transfer.poses`.
 
     Parameters
@@ -50,8 +49,8 @@ def carry_table(text: str, b_to_a: Similarity) -> str:
     text
         Rows of cells, separated by commas, semicolons or tabs, below a header line; without it two columns of numbers,
         separated by commas. Lines that begin with # are comments.
-    b_to_a
-        The placement.
+    carrier
+        The placement; where it bends, and there is a header line, a column with the standard deviation is added.
 
     Raises
     ------
@@ -60,10 +59,13 @@ def carry_table(text: str, b_to_a: Similarity) -> str:
     """
     header = _read_header(text)
     records = list(_records(text, header.separator))
-    rows = [record for record in records if isinstance(record, _Row)][header.is_given :]
+    all_rows = [record for record in records if isinstance(record, _Row)]
+    rows = all_rows[header.is_given :]
     if not rows:
         raise InputError("it holds no points")
-    _carry_rows(rows, header, b_to_a)
+    if carrier.is_bent and header.is_given:
+        _add_std(all_rows[0], rows, header, carrier)
+    _carry_rows(rows, header, carrier)
     written = io.StringIO()
     writer = csv.writer(written, delimiter=header.separator, lineterminator="\n")
     for record in records:
@@ -76,15 +78,27 @@ def carry_table(text: str, b_to_a: Similarity) -> str:
     return written.getvalue()
 
 
-def _carry_rows(rows: list[_Row], header: _Header, b_to_a: Similarity) -> None:
+def _add_std(head: _Row, rows: list[_Row], header: _Header, carrier: Carrier) -> None:
+    """Write the standard deviations of places into their column, a new last one unless there is one."""
+    if STD_NAME not in header.names:
+        head.cells.append(STD_NAME)
+        header.names.append(STD_NAME)
+    column = header.names.index(STD_NAME)
+    for row in rows:
+        std = carrier.std_at(_place(row, header))
+        row.cells.extend([""] * (column + 1 - len(row.cells)))
+        row.cells[column] = "" if std is None else f"{std:.6f}"
+
+
+def _carry_rows(rows: list[_Row], header: _Header, carrier: Carrier) -> None:
     """Carry the cells of rows in place."""
     names = header.names
-    places = carry_places([_place(row, header) for row in rows], b_to_a)
-    for row, place in zip(rows, places, strict=True):
+    before = [_place(row, header) for row in rows]
+    for row, start, place in zip(rows, before, carrier.carry(before), strict=True):
         for name, number in zip(PLACE, place, strict=True):
             row.cells[names.index(name)] = f"{number:.6f}"
         try:
-            turned = turn_headings(row.by_name(names), b_to_a.angle)
+            turned = turn_headings(row.by_name(names), carrier.turn_at(start))
         except InputError as error:
             raise InputError(f"line {row.line}: {error}") from None
         for name, number in turned.items():

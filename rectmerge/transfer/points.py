@@ -9,10 +9,12 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from rectmerge.elastic.transform import BentTransform
 from rectmerge.errors import InputError
 from rectmerge.similarity import Similarity
+from rectmerge.transfer.carrier import STD_NAME, Carrier
 from rectmerge.transfer.csv_points import carry_table
-from rectmerge.transfer.poses import CARRIED, TURN, abbreviate, carry_places, turn_headings, unknown_headings
+from rectmerge.transfer.poses import CARRIED, TURN, abbreviate, turn_headings, unknown_headings
 from rectmerge.transfer.waypoints import carry_waypoints
 
 LOGGER = logging.getLogger("rectmerge")
@@ -26,7 +28,7 @@ CONTENT_KEYS = {  # the member of each type of object that leads to its places
 }
 
 
-def carry_points(text: str, name: str, b_to_a: Similarity) -> str:
+def carry_points(text: str, name: str, b_to_a: Similarity | BentTransform) -> str:
     """Carry the points and headings of a file from B's map frame to A's; keep everything else.
 
     Parameters
@@ -36,7 +38,8 @@ def carry_points(text: str, name: str, b_to_a: Similarity) -> str:
     name
         The file's name: its suffix selects the format, and messages contain it.
     b_to_a
-        The placement.
+        The placement; where it bends, headings turn by the turn at their place, and each row of a CSV with a header,
+        and each Point of a GeoJSON, gets its standard deviation, ``bend_std``; empty where the bend was not fitted.
 
     Raises
     ------
@@ -46,18 +49,23 @@ def carry_points(text: str, name: str, b_to_a: Similarity) -> str:
     Notes
     -----
     The names of headings are those of `rectmerge.transfer.poses.turn_headings`: columns of a CSV, properties of a Point
-    in GeoJSON. Where another name looks like a heading's, the logger `rectmerge` warns.
+    in GeoJSON. Where another name looks like a heading's, or a bend was not fitted at a place, the logger `rectmerge`
+    warns.
     """
     if not text.strip():
         raise InputError(f"{name}: the file is empty")
     file_format, carry = _format_for(Path(name).suffix.lower())
     try:
-        return carry(text, b_to_a)
+        carrier = Carrier(b_to_a)
+        carried = carry(text, carrier)
     except (ValueError, TypeError, OverflowError, RecursionError, csv.Error) as error:
         raise InputError(f"{name}: not {file_format}: {error}") from None
+    if carrier.outside:
+        LOGGER.warning("%d points lie outside the bend: they are carried as the nearest edge of it is", carrier.outside)
+    return carried
 
 
-def _format_for(suffix: str) -> tuple[str, Callable[[str, Similarity], str]]:
+def _format_for(suffix: str) -> tuple[str, Callable[[str, Carrier], str]]:
     if suffix in (".json", ".geojson"):
         return "GeoJSON", _carry_geojson
     if suffix in (".yaml", ".yml"):
@@ -65,15 +73,15 @@ def _format_for(suffix: str) -> tuple[str, Callable[[str, Similarity], str]]:
     return "CSV with columns x and y", carry_table
 
 
-def _carry_geojson(text: str, b_to_a: Similarity) -> str:
+def _carry_geojson(text: str, carrier: Carrier) -> str:
     document = json.loads(text)
-    carried = _carry_object(document, b_to_a)
+    carried = _carry_object(document, carrier)
     for name in dict.fromkeys(_headings_left(document)):
         LOGGER.warning("property %s stays as it is; of a Point those named %s are turned", name, ", ".join(TURN))
     return json.dumps(carried, indent=2) + "\n"
 
 
-def _carry_object(item: Any, b_to_a: Similarity) -> dict[str, Any]:
+def _carry_object(item: Any, carrier: Carrier) -> dict[str, Any]:
     """Carry an object of GeoJSON (RFC 7946), with its bounding box if it has one."""
     if not isinstance(item, dict):
         raise ValueError(f"an object must stand where there is {abbreviate(item)}")
@@ -82,14 +90,23 @@ def _carry_object(item: Any, b_to_a: Similarity) -> dict[str, Any]:
     key = CONTENT_KEYS[item["type"]]
     if key not in item:
         raise ValueError(f"a {item['type']} has no {key}")
-    carried = item | {key: _carry_content(key, item[key], b_to_a)}
+    carried = item | {key: _carry_content(key, item[key], carrier)}
     if _is_point(item) and isinstance(item.get("properties"), dict):
-        carried["properties"] = item["properties"] | turn_headings(item["properties"], b_to_a.angle)
+        carried["properties"] = item["properties"] | _carry_properties(item, carrier)
     if "bbox" in item:
         del carried["bbox"]
         if columns := list(zip(*_positions(carried), strict=False)):  # as many as the shortest position has
             carried["bbox"] = [*map(min, columns), *map(max, columns)]
     return carried
+
+
+def _carry_properties(item: Mapping[str, Any], carrier: Carrier) -> dict[str, Any]:
+    """Return the turned headings of a Point, and where the placement bends its standard deviation."""
+    place = item["geometry"]["coordinates"][:2]
+    if not place:
+        return {}
+    turned: dict[str, Any] = dict(turn_headings(item["properties"], carrier.turn_at(place)))
+    return turned | ({STD_NAME: carrier.std_at(place)} if carrier.is_bent else {})
 
 
 def _is_point(item: Mapping[str, Any]) -> bool:
@@ -106,25 +123,25 @@ def _headings_left(document: Mapping[str, Any]) -> Iterator[str]:
             yield from () if _is_point(feature) else (name for name in names if name.strip().lower() in CARRIED)
 
 
-def _carry_content(key: str, content: Any, b_to_a: Similarity) -> Any:
+def _carry_content(key: str, content: Any, carrier: Carrier) -> Any:
     if key == "coordinates":
-        return _carry_coordinates(content, b_to_a)
+        return _carry_coordinates(content, carrier)
     if key == "geometry":
-        return None if content is None else _carry_object(content, b_to_a)
+        return None if content is None else _carry_object(content, carrier)
     if not isinstance(content, list):
         raise ValueError(f"{key} must be a list, got {abbreviate(content)}")
-    return [_carry_object(item, b_to_a) for item in content]
+    return [_carry_object(item, carrier) for item in content]
 
 
-def _carry_coordinates(coordinates: Any, b_to_a: Similarity) -> Any:
+def _carry_coordinates(coordinates: Any, carrier: Carrier) -> Any:
     """Carry one position [x, y, ...], or lists of them at any depth; an empty list is legal and has no place."""
     if not isinstance(coordinates, list):
         raise ValueError(f"coordinates must be lists of numbers, got {abbreviate(coordinates)}")
     if not coordinates or isinstance(coordinates[0], list):
-        return [_carry_coordinates(inner, b_to_a) for inner in coordinates]
+        return [_carry_coordinates(inner, carrier) for inner in coordinates]
     if len(coordinates) < 2 or not all(isinstance(x, int | float) and not isinstance(x, bool) for x in coordinates):
         raise ValueError(f"a position must be two numbers or more, got {abbreviate(coordinates)}")
-    return [*carry_places([coordinates[:2]], b_to_a)[0].tolist(), *coordinates[2:]]
+    return [*carrier.carry([coordinates[:2]])[0].tolist(), *coordinates[2:]]
 
 
 def _positions(content: Any) -> Iterator[list[float]]:

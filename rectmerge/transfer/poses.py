@@ -1,4 +1,4 @@
-"""Places and headings of map B carried to A's map frame, and the names of headings in files."""
+"""Headings of map B turned to A's map frame, and their names in files."""
 
 from __future__ import annotations
 
@@ -8,11 +8,8 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
 from rectmerge.errors import InputError
-from rectmerge.similarity import Similarity
+from rectmerge.transfer.carrier import DECIMALS
 
 TURN = {  # a full turn in the unit of a heading, by its name
     **dict.fromkeys(("yaw", "theta", "heading"), math.tau),
@@ -22,23 +19,7 @@ PREFIXES = ("q", "orientation.", "orientation_")  # before x, y, z and w in the 
 QUATERNIONS = [[prefix + axis for axis in "xyzw"] for prefix in PREFIXES]
 CARRIED = {*TURN, *(name for names in QUATERNIONS for name in names)}
 LIKE_HEADINGS = re.compile(r"yaw|theta|heading|angle|orient|bearing|rotation")
-DECIMALS = 9
 Quaternion = tuple[float, float, float, float]  # x, y, z, w
-
-
-def carry_places(points: ArrayLike, b_to_a: Similarity) -> NDArray[np.float64]:
-    """Carry points, shape (N, 2), to A's map frame.
-
-    Raises
-    ------
-    InputError
-        If a result is not finite.
-    """
-    with np.errstate(over="ignore", invalid="ignore"):
-        carried = b_to_a.apply(np.asarray(points, np.float64).reshape(-1, 2)).round(DECIMALS)
-    if not np.isfinite(carried).all():
-        raise InputError("a coordinate is not a finite number, or too large to be carried")
-    return carried
 
 
 def turn_headings(values: Mapping[str, Any], angle: float) -> dict[str, float]:

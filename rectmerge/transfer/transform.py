@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from rectmerge.aligning import EXPECTED_WITHIN
 from rectmerge.alignment import right_resolutions
 from rectmerge.analysis.shared_area import SharedArea
+from rectmerge.elastic.transform import BentTransform
 from rectmerge.errors import InputError
 from rectmerge.similarity import Similarity
 
@@ -40,6 +41,11 @@ class Transform:
     shared: SharedArea
     unit: str
     resolutions: tuple[float, float] | None = None
+
+    def at(self, point: tuple[float, float], bend: BentTransform | None) -> Transform:
+        """Return the transform that is right at one point of B's map frame; `bend` is that of B, if it was bent."""
+        b_to_a = self.b_to_a if bend is None else bend.similarity_at(point)
+        return replace(self, b_to_a=b_to_a, shared=SharedArea(point, 0.0, self.shared.unit))
 
     @property
     def rigid(self) -> Similarity:

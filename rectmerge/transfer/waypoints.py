@@ -8,13 +8,13 @@ import yaml
 
 from rectmerge.errors import InputError
 from rectmerge.io.image_file import BROKEN
-from rectmerge.similarity import Similarity
-from rectmerge.transfer.poses import abbreviate, carry_places, parse_finite, turn_quaternion
+from rectmerge.transfer.carrier import Carrier
+from rectmerge.transfer.poses import abbreviate, parse_finite, turn_quaternion
 
 KEYS = {"pose": "xyz", "orientation": "wxyz"}  # the quaternion's w comes first
 
 
-def carry_waypoints(text: str, b_to_a: Similarity) -> str:
+def carry_waypoints(text: str, carrier: Carrier) -> str:
     """Carry the pose [x, y, z] and the orientation [w, x, y, z] of waypoints; keep everything else.
 
     Raises
@@ -29,19 +29,19 @@ def carry_waypoints(text: str, b_to_a: Similarity) -> str:
     waypoints = document.get("waypoints") if isinstance(document, dict) else None
     if not isinstance(waypoints, dict) or not waypoints:
         raise InputError("there must be waypoints by name, of each a pose [x, y, z] and an orientation [w, x, y, z]")
-    carried = {name: _carry_waypoint(str(name), waypoint, b_to_a) for name, waypoint in waypoints.items()}
+    carried = {name: _carry_waypoint(str(name), waypoint, carrier) for name, waypoint in waypoints.items()}
     dumped: str = yaml.safe_dump(
         document | {"waypoints": carried}, sort_keys=False, default_flow_style=None, allow_unicode=True
     )
     return dumped
 
 
-def _carry_waypoint(name: str, waypoint: Any, b_to_a: Similarity) -> dict[str, Any]:
+def _carry_waypoint(name: str, waypoint: Any, carrier: Carrier) -> dict[str, Any]:
     if not isinstance(waypoint, dict):
         raise InputError(f"{abbreviate(name)} must have a pose and an orientation, got {abbreviate(waypoint)}")
     pose, (w, x, y, z) = (_numbers(name, waypoint, key) for key in KEYS)
-    place = carry_places([pose[:2]], b_to_a)[0].tolist()
-    x, y, z, w = turn_quaternion(abbreviate(name), (x, y, z, w), b_to_a.angle)
+    place = carrier.carry([pose[:2]])[0].tolist()
+    x, y, z, w = turn_quaternion(abbreviate(name), (x, y, z, w), carrier.turn_at(pose[:2]))
     return waypoint | {"pose": [*place, pose[2]], "orientation": [w, x, y, z]}
 
 
