@@ -138,9 +138,8 @@ def _finish(folder: Path, left: Mapping[Path, re.Match[str]]) -> str:
 
 def _write_through(path: Path, data: bytes) -> None:
     """Write a file and have it on the disk: a name must not survive a power cut that its content does not."""
-    with path.open("wb") as file:
-        file.write(data)
-        file.flush()
+    path.write_bytes(data)
+    with path.open("rb") as file:
         os.fsync(file.fileno())
 
 

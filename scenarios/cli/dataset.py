@@ -23,7 +23,12 @@ def generate(
     pairs: Annotated[int | None, typer.Option(min=1, help="The first so many pairs; further seeds beyond all.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Another seed makes other buildings.")] = 0,
     form: Annotated[
-        str, typer.Option("--format", metavar="files|mcap", help="mcap: each pair's mission as a ROS bag, too.")
+        str,
+        typer.Option(
+            "--format",
+            metavar="files|mcap|rosbag1",
+            help="mcap, rosbag1: each pair's mission as a bag of ROS 2 or ROS 1, too.",
+        ),
     ] = "files",
     workers: Annotated[int | None, typer.Option(min=1, help="Worker processes; 1 works in this process.")] = None,
     cluster: Annotated[

@@ -105,8 +105,8 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
     """
     splits: Mapping[str, Mapping[str, int]] = info["splits"]
     command = f"rectbench generate {info['suite']} -o {folder} --seed {info['seed']}"
-    has_bags = info.get("format") == "mcap"
-    command += " --format mcap" if has_bags else ""
+    form = info.get("format", "files")
+    command += f" --format {form}" if form != "files" else ""
     if info["pairs"] is not None:
         command = f"{command} --pairs {info['pairs']}"
     title = str(info.get("title") or info["suite"])
@@ -120,7 +120,7 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
         split=sample.partition("/")[0],
         command=info.get("command", command),
         splits="\n".join(f"| {name} | {count['pairs']} | {count['related']} |" for name, count in splits.items()),
-        bag=BAG if has_bags else "",
+        bag=BAG if form != "files" else "",
         failed=len(info["failed"]),
         discarded=info["discarded"]["count"],
         folder=folder,

@@ -24,7 +24,7 @@ SCHEMA = "rectmerge.dataset/1"
 SEED_STRIDE = 1_000_000  # seeds of a suite between two seeds of data sets
 
 
-Form = Literal["files", "mcap"]
+Form = Literal["files", "mcap", "rosbag1"]
 
 
 class PairSuite(Protocol):
@@ -83,7 +83,8 @@ def generate(
     seed
         Of the data set: adds a million times as much to every seed of the suite, so two data sets share no building.
     form
-        "mcap" also writes the mission of every pair as a ROS bag, which takes suites of simulated missions.
+        "mcap" and "rosbag1" also write the mission of every pair as a ROS bag, for ROS 2 or ROS 1; that takes suites
+        of simulated missions.
     executor
         Where the pairs are made; None is this process.
     in_flight
@@ -236,4 +237,6 @@ def _packages(executor: Executor | None, in_flight: int, jobs: Iterable[Job]) ->
 
 
 def _do(job: Job) -> Package:
-    return make_within(job.limits, job.source, job.first, job.count, bags=job.form == "mcap").package
+    return make_within(
+        job.limits, job.source, job.first, job.count, bags=None if job.form == "files" else job.form
+    ).package

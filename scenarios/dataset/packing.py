@@ -20,7 +20,7 @@ from rectmerge.io.grey_levels import infer_levels
 from rectmerge.io.json_text import plain
 from rectmerge.io.map_file import encode_map
 from scenarios.dataset.reader import SPLITS
-from scenarios.dataset.rosbag import encode_bag
+from scenarios.dataset.rosbag import BagForm, encode_bag
 from scenarios.execution.attempt import Attempt, attempt
 from scenarios.execution.limits import Limits, call_within
 from scenarios.pairs.pair import MapPair, MissionPairs, PairInputs, PairSource
@@ -88,7 +88,7 @@ class MadePairs:
 
 
 def make_within(
-    limits: Limits, source: PairSource, first: int | None, count: int | None = None, *, bags: bool = False
+    limits: Limits, source: PairSource, first: int | None, count: int | None = None, *, bags: BagForm | None = None
 ) -> MadePairs:
     """Make the pairs of a source; missions run in a child process, which is killed if it exceeds its limits.
 
@@ -112,7 +112,7 @@ def failed_source(source: PairSource, tried: Attempt[Any], count: int | None = N
     return MadePairs(package=package, failure=tried.failure or "error", log=tried.log)
 
 
-def make(source: PairSource, first: int | None, count: int | None = None, *, bags: bool = False) -> MadePairs:
+def make(source: PairSource, first: int | None, count: int | None = None, *, bags: BagForm | None = None) -> MadePairs:
     """Make the pairs of a source and pack them; `failed` names the pairs that could not be made.
 
     Parameters
@@ -124,7 +124,7 @@ def make(source: PairSource, first: int | None, count: int | None = None, *, bag
     count
         How many of its pairs are wanted; None is all.
     bags
-        Whether a pair is kept as a ROS bag, too; only of missions.
+        Form in which a pair is kept as a ROS bag, too, only of missions; None is no bag.
     """
     pairs: list[MapPair] = []
     package = Package(source_id=source.source_id)
@@ -142,7 +142,7 @@ def _make(
     pairs: list[MapPair],
     package: Package,
     *,
-    bags: bool,
+    bags: BagForm | None,
 ) -> None:
     """Add pairs to those that were made, each when it is packed."""
     found: Sequence[MapPair] = ()
@@ -162,7 +162,7 @@ def _make(
             number = first + source.pair_ids.index(pair.pair_id)
             row, files = _packed(pair, number, log)
             if bags:
-                row["bag"], bag = _bag(pair, number, inputs.get(pair.pair_id))
+                row["bag"], bag = _bag(pair, number, inputs.get(pair.pair_id), bags)
                 files |= {f"{row['split']}/{path}": data for path, data in bag.items()}
             package.files.update(files)
             package.rows.append(row)
@@ -190,12 +190,14 @@ def _packed(pair: MapPair, number: int, log: MissionLog | None) -> tuple[Metadat
     return row, files
 
 
-def _bag(pair: MapPair, number: int, made: PairInputs | None) -> tuple[str, dict[str, bytes]]:
+def _bag(pair: MapPair, number: int, made: PairInputs | None, form: BagForm) -> tuple[str, dict[str, bytes]]:
     """Write a pair's mission as a bag, by path in its split; empty if no robots can have made the pair."""
     if made is None:
         return "", {}
     folder = f"bags/{number:06d}"
-    return folder, {f"{folder}/{name}": data for name, data in encode_bag(pair, made, f"{number:06d}").items()}
+    files = encode_bag(pair, made, f"{number:06d}", form=form)
+    named = f"{folder}/{number:06d}.bag" if form == "rosbag1" else folder
+    return named, {f"{folder}/{name}": data for name, data in files.items()}
 
 
 def _truth(pair: MapPair) -> MetadataRow:

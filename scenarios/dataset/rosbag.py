@@ -1,10 +1,10 @@
-"""A pair's mission as a ROS bag, rosbag2 with MCAP: both robots' growing maps, odometry, scans and transforms."""
+"""A pair's mission as a ROS bag, of ROS 2 or ROS 1: both robots' growing maps, odometry, scans and transforms."""
 
 from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal, NamedTuple
@@ -20,6 +20,8 @@ ROBOTS = ("robot1", "robot2")  # of the maps A and B
 MAP, ODOMETRY, SCAN = "nav_msgs/msg/OccupancyGrid", "nav_msgs/msg/Odometry", "sensor_msgs/msg/LaserScan"
 TF = "tf2_msgs/msg/TFMessage"
 LATCHED = (MAP, "/tf_static")  # types and topics whose last message a late subscriber gets
+BagForm = Literal["mcap", "rosbag1"]
+FIRST_TIME = 1  # nanoseconds: ROS 1 takes no message at time 0
 VERSION: Literal[8] = 8  # of rosbag2's metadata: the newest that all distributions from Humble on read
 
 
@@ -33,7 +35,7 @@ class _Sent(NamedTuple):
     message: Any
 
 
-def encode_bag(pair: MapPair, made: PairInputs, name: str) -> dict[str, bytes]:
+def encode_bag(pair: MapPair, made: PairInputs, name: str, *, form: BagForm = "mcap") -> dict[str, bytes]:
     """Write a pair's mission as a bag; the same pair gives the same bytes.
 
     Parameters
@@ -43,12 +45,15 @@ def encode_bag(pair: MapPair, made: PairInputs, name: str) -> dict[str, bytes]:
     made
         What it was made from.
     name
-        Of the bag's folder.
+        Of the bag's folder, or of the file of ROS 1 without its suffix.
+    form
+        "mcap": a rosbag2 folder for ROS 2; "rosbag1": a ``.bag`` for ROS 1.
 
     Returns
     -------
     dict
-        The files of the folder by name: the MCAP file, its chunks compressed with zstd, and metadata.yaml.
+        The files by name: the MCAP file, its chunks compressed with zstd, and metadata.yaml; or the ``.bag``, its
+        chunks compressed with bz2.
 
     Notes
     -----
@@ -56,33 +61,65 @@ def encode_bag(pair: MapPair, made: PairInputs, name: str) -> dict[str, bytes]:
     the transforms from ``map`` to ``odom`` to ``base``. By ``/tf_static`` the scanner stands above ``base``. A reading
     is inf where nothing was in reach and nan where it was lost (REP 117).
     """
-    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-    from rosbags.typesys import Stores, get_typestore
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-    store = get_typestore(Stores.ROS2_HUMBLE)
+    is_first = form == "rosbag1"
+    store = get_typestore(Stores.ROS1_NOETIC if is_first else Stores.ROS2_HUMBLE)
+    if TF not in store.types:  # ROS 1 has it in a package that rosbags leaves out
+        store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TF))
     recordings = dict(zip(ROBOTS, record(pair, made), strict=True))
-    make = _Maker(store.types)
+    make = _Maker(store.types, has_sequence_numbers=is_first)
     streams = [stream for robot, recording in recordings.items() for stream in make.streams(robot, recording)]
+    messages = heapq.merge(make.still(recordings), *streams, key=lambda sent: sent[:3])
     with TemporaryDirectory() as folder:
-        writer = Writer(Path(folder) / name, version=VERSION, storage_plugin=StoragePlugin.MCAP)
-        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-        topics: dict[str, Any] = {}
-        with writer:
-            for sent in heapq.merge(make.still(recordings), *streams, key=lambda sent: sent[:3]):
-                if sent.topic not in topics:
-                    qos = [_quality(is_latched=sent.topic in LATCHED or sent.type in LATCHED)]
-                    topics[sent.topic] = writer.add_connection(
-                        sent.topic, sent.type, typestore=store, offered_qos_profiles=qos
-                    )
-                writer.write(topics[sent.topic], sent.time, store.serialize_cdr(sent.message, sent.type))
-        return {file.name: file.read_bytes() for file in sorted(writer.path.iterdir())}
+        (_write_first if is_first else _write_second)(Path(folder) / name, store, messages)
+        return {file.name: file.read_bytes() for file in sorted(Path(folder).rglob("*")) if file.is_file()}
+
+
+def _write_first(path: Path, store: Any, messages: Iterable[_Sent]) -> None:
+    """Write a bag of ROS 1."""
+    from rosbags.rosbag1 import Writer
+
+    writer = Writer(path.with_suffix(".bag"))
+    writer.set_compression(Writer.CompressionFormat.BZ2)  # the lz4 of ROS 1 does not read that of rosbags
+    topics: dict[str, Any] = {}
+    with writer:
+        for sent in messages:
+            if sent.topic not in topics:
+                topics[sent.topic] = writer.add_connection(
+                    sent.topic, sent.type, typestore=store, latching=int(_is_latched(sent))
+                )
+            time = max(sent.time, FIRST_TIME)
+            writer.write(topics[sent.topic], time, store.serialize_ros1(sent.message, sent.type))
+
+
+def _write_second(path: Path, store: Any, messages: Iterable[_Sent]) -> None:
+    """Write a bag of ROS 2, a folder."""
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+
+    writer = Writer(path, version=VERSION, storage_plugin=StoragePlugin.MCAP)
+    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    topics: dict[str, Any] = {}
+    with writer:
+        for sent in messages:
+            if sent.topic not in topics:
+                qos = [_quality(is_latched=_is_latched(sent))]
+                topics[sent.topic] = writer.add_connection(
+                    sent.topic, sent.type, typestore=store, offered_qos_profiles=qos
+                )
+            writer.write(topics[sent.topic], sent.time, store.serialize_cdr(sent.message, sent.type))
+
+
+def _is_latched(sent: _Sent) -> bool:
+    return sent.topic in LATCHED or sent.type in LATCHED
 
 
 class _Maker:
     """Makes messages of a store of types."""
 
-    def __init__(self, types: Any) -> None:
+    def __init__(self, types: Any, *, has_sequence_numbers: bool) -> None:
         self._types = types
+        self._sequence = (0,) if has_sequence_numbers else ()  # of a header: ROS 1 has one, which publishers fill in
 
     def streams(self, robot: str, recording: Recording) -> list[Iterator[_Sent]]:
         """Return a robot's messages, in streams that each are in order of time."""
@@ -178,7 +215,7 @@ class _Maker:
         return self._made("geometry_msgs/msg/Quaternion", 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
     def _header(self, time: int, frame: str) -> Any:
-        return self._made("std_msgs/msg/Header", self._time(time), frame)
+        return self._made("std_msgs/msg/Header", *self._sequence, self._time(time), frame)
 
     def _time(self, time: int) -> Any:
         return self._made("builtin_interfaces/msg/Time", *divmod(time, 10**9))

@@ -23,7 +23,7 @@ from scenarios.execution.journal import Journal
 INFO, JOURNAL = "dataset_info.json", "unfinished.jsonl"
 FOLDERS = ("", *(f"{split}/{inner}" for split in SPLITS for inner in ("", "maps/", "worlds/", "bags/*/")))
 OWN = (  # what --force clears, and nothing else
-    *(f"{folder}*{suffix}" for folder in FOLDERS[1:] for suffix in (".png", ".yaml", ".mcap", METADATA)),
+    *(f"{folder}*{suffix}" for folder in FOLDERS[1:] for suffix in (".png", ".yaml", ".mcap", ".bag", METADATA)),
     *(CARD, PICTURE, INFO),
 )
 

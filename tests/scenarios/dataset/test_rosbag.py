@@ -2,6 +2,7 @@
 
 import json
 import math
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -185,6 +186,54 @@ def test_scanners_stand_above_the_bases_and_late_subscribers_get_maps(pair_and_b
     assert (bag["storage_identifier"], bag["relative_file_paths"]) == ("mcap", ["000003.mcap"])
 
 
+@pytest.fixture(scope="module")
+def first_bag(tmp_path_factory):
+    """A pair, and its bag of ROS 1."""
+    pair, source = made(noise=1)
+    files = encode_bag(pair, source, "000003", form="rosbag1")
+    assert list(files) == ["000003.bag"]
+    assert files == encode_bag(pair, made(noise=1)[1], "000003", form="rosbag1")  # the same bytes
+    return pair, write(tmp_path_factory.mktemp("first"), files) / "000003.bag"
+
+
+@pytest.mark.parametrize(("topic", "name"), [("/robot1/map", "a"), ("/robot2/map", "b")])
+def test_a_bag_of_ros_1_ends_with_the_maps_of_the_pair(first_bag, topic, name):
+    pair, bag = first_bag
+    wanted, read = getattr(pair, name), rm.read_map(f"{bag}:{topic}")
+
+    assert (read.occupancy == wanted.occupancy).all()
+    assert read.origin == pytest.approx(wanted.origin, abs=1e-9)
+    assert read.frame == topic.strip("/")
+
+
+READ_BY_ROS = """
+import collections, json, sys, rosbag
+counts, last = collections.Counter(), {}
+with rosbag.Bag(sys.argv[1]) as bag:
+    for topic, message, time in bag.read_messages():
+        counts[topic] += 1
+        if topic.endswith("/map"):
+            last[topic] = [message.info.width, message.info.height, sum(message.data), message.header.frame_id]
+    types = {topic: info.msg_type for topic, info in bag.get_type_and_topic_info().topics.items()}
+print(json.dumps([counts, last, types]))
+"""
+
+
+def test_the_rosbag_of_ros_reads_the_same(first_bag, topics):
+    python = "/usr/bin/python3"
+    if not Path(python).exists() or subprocess.run([python, "-c", "import rosbag"], capture_output=True).returncode:
+        pytest.skip("Debian's python3-rosbag is not installed")
+    pair, bag = first_bag
+
+    done = subprocess.run([python, "-c", READ_BY_ROS, bag], capture_output=True, text=True, check=True)
+
+    counts, last, types = json.loads(done.stdout)
+    assert counts == {topic: len(sent) for topic, sent in topics.items()}
+    assert types["/robot1/scan"] == "sensor_msgs/LaserScan"
+    for topic, grid in (("/robot1/map", pair.a), ("/robot2/map", pair.b)):
+        assert last[topic] == [*grid.shape[::-1], int(grid.occupancy.astype(int).sum()), topic.strip("/")]
+
+
 def test_the_same_pair_gives_the_same_bytes(pair_and_bag):
     pair, bag = pair_and_bag
     again = encode_bag(pair, made()[1], "000003")
@@ -217,7 +266,7 @@ class WalkedPairs:
 
 
 def test_rows_name_their_bags_and_mirrored_pairs_have_none():
-    package = make(WalkedPairs(), 7, bags=True).package
+    package = make(WalkedPairs(), 7, bags="mcap").package
 
     assert [row["bag"] for row in package.rows] == ["bags/000007", ""]
     bags = {path for path in package.files if "/bags/" in path}
@@ -238,7 +287,7 @@ def test_missions_tell_what_their_pairs_were_made_from(kind):
 def test_bags_that_cannot_be_written_are_refused_in_one_line(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="runs no mission, so there is no bag of it to write"):
         generate(TinySuite(), tmp_path / "set", form="mcap")
-    with pytest.raises(InputError, match="format must be one of files, mcap, got 'bag'"):
+    with pytest.raises(InputError, match="format must be one of files, mcap, rosbag1, got 'bag'"):
         generate(TinySuite(), tmp_path / "set", form="bag")
     monkeypatch.setitem(sys.modules, "rosbags", None)
     monkeypatch.delitem(sys.modules, "rosbags.rosbag2", raising=False)
