@@ -14,7 +14,7 @@ test: $(MARK)-all
 	$(BIN)/python -m pytest --durations=25
 
 test-fast: $(MARK)-all
-	$(BIN)/python -m pytest -m "not slow and not sim and not real"
+	$(BIN)/python -m pytest -m "not slow and not sim and not real" --hypothesis-profile=fast
 
 check: $(MARK)-all
 	$(BIN)/ruff check .

@@ -42,6 +42,7 @@ def test_the_library_example_merges_the_maps(checkout, capsys):
     assert capsys.readouterr().out.startswith("Similarity(")  # not "rejected ..."
 
 
+@pytest.mark.slow
 def test_the_examples_of_rectmerge_answer_yes_one_after_the_other(checkout):
     for words in (words for words in COMMANDS if words[0] == "rectmerge"):
         assert console.run(APPS["rectmerge"], "rectmerge", words[1:]) == console.YES, shlex.join(words)

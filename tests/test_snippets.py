@@ -15,6 +15,7 @@ from rectmerge.cli import console
 from rectmerge.cli import main as cli
 from scenarios.cli import docs_page as commandpage
 from scenarios.cli import main as bench_cli
+from tests.marking import some_slow
 from tests.rectmerge import bags
 
 ROOT = Path(__file__).parents[1]
@@ -63,7 +64,7 @@ def test_python_runs(checkout, page):
         exec(block, names)
 
 
-@pytest.mark.parametrize("page", having("rectmerge"))
+@pytest.mark.parametrize("page", some_slow(having("rectmerge"), "view.md"))
 def test_rectmerge_answers_as_told(checkout, page):
     for words, status in lines_of(page, "rectmerge"):
         assert console.run(cli.app, "rectmerge", words[1:]) == status, shlex.join(words)
@@ -90,6 +91,7 @@ def test_the_page_of_commands_is_that_of_these_commands():
     assert PAGES["commands.md"] == commandpage.page()  # `make docs` renews it
 
 
+@pytest.mark.slow
 def test_the_site_is_built_and_holds_every_page(tmp_path):
     words = [Path(sys.executable).parent / "mkdocs", "build", "--strict", "--quiet", "--site-dir", tmp_path]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)

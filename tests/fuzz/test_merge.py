@@ -14,6 +14,7 @@ from rectmerge.cli import console
 from rectmerge.methods import available
 from tests.fuzz import grids
 from tests.fuzz.commands import ANSWERED, merged_or_refused, run, save
+from tests.marking import some_slow
 
 LONGEST_S = 30.0  # what nobody should wait for without an answer; the machines of these tests are slow and busy
 FEW = settings.default.max_examples // 10  # a whole merge takes its time
@@ -27,8 +28,10 @@ FRAMES = {
     "wound up": {"resolution": 0.05, "origin": (0.0, 0.0, 1e9)},
 }
 
+SCALES = ["1e-300", "1e300", "1e-9", "0.0001", "10000", "0.0001:10000", "1e-5:1e5"]
 
-@pytest.mark.parametrize("name", grids.ADVERSARIES)
+
+@pytest.mark.parametrize("name", some_slow(grids.ADVERSARIES, "one free cell"))
 def test_hostile_maps_have_an_answer(tmp_path, capsys, name):
     cells = grids.ADVERSARIES[name](150)
     a, b = save(tmp_path, "a", cells), save(tmp_path, "b", np.rot90(cells).copy())
@@ -36,6 +39,7 @@ def test_hostile_maps_have_an_answer(tmp_path, capsys, name):
     assert merged_or_refused(capsys, tmp_path, a, b) in ANSWERED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["checkerboard", "room", "noise", "lattice"])
 def test_what_looks_the_same_everywhere_is_not_merged(tmp_path, capsys, name):
     cells = grids.ADVERSARIES[name](200)
@@ -54,7 +58,7 @@ def test_ribbons_have_an_answer(tmp_path, capsys, rows):
     assert (status == console.BAD_INPUT) == (rows == 1)  # a single row is no map
 
 
-@pytest.mark.parametrize("name", FRAMES)
+@pytest.mark.parametrize("name", some_slow(FRAMES, "far away"))
 def test_strange_frames_have_an_answer(tmp_path, capsys, name):
     cells = grids.noise(60, 0.1, 0.1)
     a, b = save(tmp_path, "a", cells, **FRAMES[name]), save(tmp_path, "b", cells, resolution=0.05)
@@ -63,13 +67,14 @@ def test_strange_frames_have_an_answer(tmp_path, capsys, name):
     assert merged_or_refused(capsys, tmp_path, b, a) in ANSWERED
 
 
-@pytest.mark.parametrize("scale", ["1e-300", "1e300", "1e-9", "0.0001", "10000", "0.0001:10000", "1e-5:1e5"])
+@pytest.mark.parametrize("scale", some_slow(SCALES, "1e-300", "1e300"))
 def test_strange_scales_have_an_answer(tmp_path, capsys, scale):
     a, b = save(tmp_path, "a", grids.room(60)), save(tmp_path, "b", grids.room(50))
 
     assert merged_or_refused(capsys, tmp_path, a, b, "--scale", scale) in ANSWERED
 
 
+@pytest.mark.slow
 def test_maps_of_very_different_sizes_have_an_answer(tmp_path, capsys):
     a, b = save(tmp_path, "a", grids.room(1500)), save(tmp_path, "b", grids.room(5))
 
@@ -105,7 +110,9 @@ def test_random_placements_have_an_answer(tmp_path, capsys, cells, numbers):
 
 
 @pytest.mark.parametrize("method", available())
-@pytest.mark.parametrize("name", ["checkerboard", "spiral", "one free cell", "all free", "dust"])
+@pytest.mark.parametrize(
+    "name", some_slow(["checkerboard", "spiral", "one free cell", "all free", "dust"], "one free cell")
+)
 def test_every_method_has_an_answer(method, name):
     cells = grids.ADVERSARIES[name](60)
 

@@ -16,6 +16,7 @@ from rectmerge.cli import console
 from rectmerge.errors import MapFileError
 from rectmerge.io.map_file import map_files, read_map
 from tests.fuzz.commands import run
+from tests.marking import some_slow
 
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
 PGM = b"P5\n4 3\n255\n" + bytes([0, 254, 205, 254, 254, 254, 254, 0, 205, 0, 254, 254])
@@ -69,7 +70,7 @@ def beside(tmp_path):
     return tmp_path
 
 
-@pytest.mark.parametrize("name", DOCUMENTS)
+@pytest.mark.parametrize("name", some_slow(DOCUMENTS, *(set(DOCUMENTS) - {"depth"})))
 def test_hostile_yaml_is_refused_in_one_line(beside, name):
     (beside / "map.yaml").write_text(DOCUMENTS[name], encoding="utf-8", errors="surrogatepass")
 
@@ -114,6 +115,7 @@ def flipped(data, bit):
     return bytes(damaged)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("form", "options", "unseen"),
     [("PNG", {}, 0), ("TIFF", {"compression": "tiff_adobe_deflate"}, 2)],  # Adler-32 is weak on short data

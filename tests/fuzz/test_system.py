@@ -77,6 +77,7 @@ def test_earlier_results_outlive_a_full_disk(before, full_disk, capsys):
     assert held(full_disk) == whole
 
 
+@pytest.mark.slow
 def test_files_that_may_not_grow_leave_earlier_results_whole(before):
     folder, whole = before
 
@@ -154,6 +155,7 @@ def test_results_go_through_a_link_to_a_folder_and_not_over_what_a_link_leads_to
     assert "Traceback" not in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_names_that_cannot_be_are_refused_in_one_line(tmp_path, capsys):
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     deep = "[" * 100_000
@@ -179,6 +181,7 @@ def test_names_that_cannot_be_are_refused_in_one_line(tmp_path, capsys):
         assert len(capsys.readouterr().err.strip().splitlines()) == 1, words
 
 
+@pytest.mark.slow
 def test_a_map_too_large_is_refused_by_its_header_and_costs_no_memory(tmp_path):
     Image.new("1", (20_000, 20_000)).save(tmp_path / "large.png")
     process = started("merge", tmp_path / "large.png", B, "-o", tmp_path / "out")
@@ -190,6 +193,7 @@ def test_a_map_too_large_is_refused_by_its_header_and_costs_no_memory(tmp_path):
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < 2_000_000  # KB, of the largest child so far
 
 
+@pytest.mark.slow
 def test_time_grows_no_faster_than_the_cells(tmp_path):
     def seconds(side):
         cells = np.kron(drawing.building().occupancy, np.ones((side // 100, side // 100), np.int8))

@@ -10,6 +10,7 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.methods import available, make_method
 from rectmerge.similarity import Similarity
 from tests import drawing
+from tests.marking import some_slow
 
 MADE = Similarity()  # a dataclass, but not a class
 
@@ -53,7 +54,7 @@ def grids_apart(placement: Similarity, wanted: Similarity, grid: OccupancyGrid) 
     return float(np.abs(placement.apply(corners) - wanted.apply(corners)).max())
 
 
-@pytest.mark.parametrize("name", available())
+@pytest.mark.parametrize("name", some_slow(available(), "robust", "paper", "keypoints"))
 def test_a_map_aligned_with_itself_gives_identity(name):
     a, _, _ = turned_views()
 
@@ -63,7 +64,7 @@ def test_a_map_aligned_with_itself_gives_identity(name):
     assert grids_apart(alignment.candidates[0].pixels, Similarity(), a) < 2
 
 
-@pytest.mark.parametrize("name", available())
+@pytest.mark.parametrize("name", some_slow(available(), "robust", "paper", "keypoints"))
 def test_swapped_inputs_give_the_inverse(name):
     a, b, _ = turned_views()
 
@@ -76,7 +77,7 @@ def test_swapped_inputs_give_the_inverse(name):
     )
 
 
-@pytest.mark.parametrize("name", available())
+@pytest.mark.parametrize("name", some_slow(available(), "robust", "paper", "keypoints"))
 def test_a_clean_turned_map_is_placed_within_two_cells_where_the_scale_is_exact(name):
     a, b, truth = turned_views()
 
@@ -86,7 +87,7 @@ def test_a_clean_turned_map_is_placed_within_two_cells_where_the_scale_is_exact(
     assert grids_apart(alignment.candidates[0].pixels, truth, b) < 2 * COARSE.get(name, 1.0)
 
 
-@pytest.mark.parametrize("name", available())
+@pytest.mark.parametrize("name", some_slow(available(), "robust", "paper", "keypoints"))
 def test_the_same_seed_gives_the_same_answer(name):
     a, b, _ = turned_views()
 

@@ -19,6 +19,7 @@ COMMANDS = (
 )
 
 
+@pytest.mark.slow
 def test_a_second_warm_up_compiles_nothing_and_reports_no_progress():
     warm_up()
     calls = []

@@ -5,10 +5,11 @@ from rectmerge.aligning import align
 from rectmerge.baselines.fourier_mellin import FourierMellin, find_shift, highest_maxima, phase_correlation
 from rectmerge.errors import InputError
 from rectmerge.similarity import Similarity
+from tests.marking import some_slow
 from tests.rectmerge.baselines import scenes
 
 
-@pytest.mark.parametrize("layer", ["occupied", "free"])
+@pytest.mark.parametrize("layer", some_slow(["occupied", "free"], "occupied"))
 @pytest.mark.parametrize(("scale", "degrees"), [(0.8, 25), (1.0, 200), (1.3, -70)])
 def test_turn_scale_and_shift_are_found(layer, scale, degrees):
     b, truth = scenes.turned(scale, degrees)

@@ -24,6 +24,7 @@ def test_a_scale_that_is_known_is_kept():
     assert alignment.candidates[0].pixels.scale == pytest.approx(0.8)
 
 
+@pytest.mark.slow
 def test_another_building_agrees_less_than_the_same():
     other, same = (
         align(drawing.building(), b, method="stochastic-search").candidates[0].evidence["score"]

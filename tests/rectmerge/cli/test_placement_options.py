@@ -65,6 +65,7 @@ def test_an_earlier_answer_places_maps_that_have_grown(tmp_path, alignment):
     assert record(tmp_path / "second")["reason"].startswith("placed as an earlier merge did; the walls say: accepted, ")
 
 
+@pytest.mark.slow
 def test_a_candidate_is_chosen_of_an_earlier_answer_that_said_no(tmp_path, capsys):
     run("merge", A, B, "-o", tmp_path / "no", "--scale", "1.5")
     assert run("merge", A, B, "-o", tmp_path / "out", "--from", tmp_path / "no" / "alignment.json") == console.BAD_INPUT

@@ -35,6 +35,7 @@ def test_the_figures_and_tables_of_any_two_maps_are_written(maps, tmp_path, caps
     assert len(record["trace"]["iterations"]) == len(table.splitlines()) - 2
 
 
+@pytest.mark.slow
 def test_earlier_figures_are_replaced_only_when_asked(maps, tmp_path, capsys):
     words = (*maps, "-o", tmp_path / "out", "--quiet")
 
@@ -53,6 +54,7 @@ def test_a_map_that_misses_a_condition_is_refused_by_naming_it(maps, tmp_path, c
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_loop_that_does_not_end_is_drawn_with_status_1(maps, tmp_path, capsys):
     write_map(plans.moved(plans.floor_plan(), 225, 1 / 1.1429)[0], tmp_path / "c.yaml")
     words = (maps[0], tmp_path / "c.yaml", "-o", tmp_path / "out", "--set", "paper.max_iterations=1")

@@ -81,6 +81,7 @@ def test_an_overlay_never_grows_beyond_its_size(scale, side_px):
     assert image.shape[0] <= side_px + 4 + (rows + 1) * picture.LEGEND_PX + 66
 
 
+@pytest.mark.slow
 def test_large_and_small_maps_fill_the_picture():
     for size in (60, 400, 5000):
         a = OccupancyGrid(np.zeros((size, size), np.int8))

@@ -44,6 +44,7 @@ def test_maps_of_two_buildings_fall_into_two_components_at_their_true_places(see
     assert len(graph.pairs) == 36
 
 
+@pytest.mark.slow
 def test_the_default_method_places_drawn_maps_and_names_those_of_another_building():
     made = fleet(1, home=4, other=1)
 

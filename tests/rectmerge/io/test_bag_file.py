@@ -215,6 +215,7 @@ def test_files_that_are_no_bag_are_refused_with_a_remedy(tmp_path):
         read_bag_map(tmp_path / "map.pgm")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_damaged_bag_gives_one_line_or_a_map(tmp_path, kind):
     bag, chance = bags.write(tmp_path, kind, [MAP, ("/chat", TEXT, {}), MAP]), random.Random(7)

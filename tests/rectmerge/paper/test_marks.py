@@ -1,5 +1,6 @@
 """Marks of the paper's equations and algorithm lines in the sources, against the table of the room."""
 
+import functools
 import io
 import re
 import tokenize
@@ -17,12 +18,15 @@ LAST_LINES = {1: 24, 2: 7, 3: 24, 4: 17, 5: 18}  # before "end procedure"
 CLOSING = {1: {22, 23, 24}, 2: set(), 3: {19, 20, 21}, 4: set(), 5: {17}}  # lines that only end a block
 
 
+@functools.cache
 def comments():
-    """Yield every comment of the package with its module."""
-    for path in sorted(PACKAGE.rglob("*.py")):
-        for token in tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline):
-            if token.type == tokenize.COMMENT:
-                yield f"rectmerge/{path.relative_to(PACKAGE).as_posix()}", token.string
+    """List every comment of the package with its module."""
+    return [
+        (f"rectmerge/{path.relative_to(PACKAGE).as_posix()}", token.string)
+        for path in sorted(PACKAGE.rglob("*.py"))
+        for token in tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline)
+        if token.type == tokenize.COMMENT
+    ]
 
 
 def marks():

@@ -65,6 +65,7 @@ def test_swapped_inputs_give_the_inverse():
     assert plans.placement_error(there.pixels @ back.pixels, Similarity(), a.shape) < 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fields",
     [

@@ -70,6 +70,7 @@ def test_specks_do_not_hide_the_rooms(seed):
     assert plans.placement_error(alignment.pixels, truth, b.shape) < 0.01 * np.hypot(*a.shape)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("field", OFF)
 def test_every_repair_is_a_switch_that_repeats_its_answer(field):
     a, b, _ = made_pair(27, 225, 1.1875)

@@ -31,6 +31,7 @@ def test_the_sequence_is_that_of_the_literal_loop(free):
     assert boxes(free) == naive.rmap(free)
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.floats(0.5, 0.99), st.integers(10, 34), st.integers(10, 34))
 def test_the_sequence_is_that_of_the_literal_loop_on_salt(seed, density, height, width):
@@ -39,6 +40,7 @@ def test_the_sequence_is_that_of_the_literal_loop_on_salt(seed, density, height,
     assert boxes(free) == naive.rmap(free)
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(noisy_turned_plans())
 def test_the_sequence_is_that_of_the_literal_loop_on_noisy_turned_plans(grid):

@@ -19,6 +19,7 @@ ONE_ROOM = OccupancyGrid(np.pad(np.zeros((30, 40), np.int8), 3, constant_values=
 STAIRS = OccupancyGrid(np.where(plans.stairs(), 0, 100).astype(np.int8))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "method", [Paper(), PaperRepaired(), Paper(max_iterations=1)], ids=["letter", "repaired", "cut"]
 )

@@ -46,6 +46,7 @@ def test_the_least_cost_agrees_with_comparing_all(seed, is_swapped, delta):
     assert triangles is None or triangles.cost == pytest.approx(wanted, abs=1e-6)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1))
 def test_more_sets_are_the_next_best_ones(seed):

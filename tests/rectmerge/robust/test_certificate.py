@@ -123,6 +123,7 @@ def test_a_row_of_identical_cells_is_not_and_what_scores_alike_is_shown():
     assert alone > 0.75 * certificate.score  # scored anew, with ways counted from the other placement
 
 
+@pytest.mark.slow
 def test_the_time_limit_holds_within_a_second_and_the_gap_is_told():
     a, b, pixels = office_pair()
     reading = min(

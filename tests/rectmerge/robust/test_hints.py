@@ -12,6 +12,7 @@ from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
 from rectmerge.robust.refinement import to_pixels, to_working
 from rectmerge.similarity import Similarity
+from tests.marking import some_slow
 from tests.rectmerge.robust import plans
 
 
@@ -43,7 +44,7 @@ def distance(grid, one, other):
     return float(np.abs(one.apply(corners) - other.apply(corners)).max())
 
 
-@pytest.mark.parametrize("which", ["truth", "half turned"])
+@pytest.mark.parametrize("which", some_slow(["truth", "half turned"], "half turned"))
 @pytest.mark.parametrize("off", [(0.0, 0.0, 0.0), (15.0, -10.0, 0.1)])
 def test_a_guess_decides_between_placements_that_the_walls_do_not_tell_apart(hall, which, off):
     a, b, b_to_a = hall
@@ -116,6 +117,7 @@ def test_a_wrong_placement_fails_a_check_that_points_to_the_better_one(office):
     assert plausible == sorted(plausible, reverse=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shift", [(5, -8), (60, 0), (-30, 45)])
 def test_the_better_placement_comes_second_wherever_the_wrong_one_lies(office, shift):
     a, b, pixels = office

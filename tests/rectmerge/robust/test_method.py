@@ -8,6 +8,7 @@ from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.robust.method import Robust
 from rectmerge.similarity import Similarity
+from tests.marking import some_slow
 from tests.rectmerge.robust import plans
 
 WALLS = ((1, 1), (3, 1), (1, 3))  # cells, in A and in B
@@ -31,7 +32,7 @@ def assert_right(alignment, a, b):
     assert plans.is_right(alignment.candidates[0].pixels, a, b)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_a_known_similarity_is_recovered(seed):
     a, b, _ = office_pair(seed)
 
@@ -66,7 +67,7 @@ def test_a_floor_plan_drawn_with_lines_fits_a_map():
     assert_right(align(a.grid, b.grid), a, b)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_mirrored_map_is_refused_and_the_mirror_is_named(seed):
     a, b = plans.see(plans.office(seed), degrees=50 * seed), plans.see(plans.office(seed), degrees=200, scale=1.2)
 
@@ -76,7 +77,7 @@ def test_a_mirrored_map_is_refused_and_the_mirror_is_named(seed):
     assert "mirror" in alignment.reason
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_unrelated_buildings_are_not_accepted(seed):
     a = plans.see(plans.office(seed), degrees=31 * seed, noise=seed % 3)
     b = plans.see(plans.office(seed + 100), degrees=77 * seed, scale=0.9, noise=seed % 3)
@@ -123,8 +124,8 @@ def test_no_part_of_a_building_is_accepted_where_it_is_not():
     assert wrong == 0
 
 
-@pytest.mark.parametrize("noise", [0, 2])
-@pytest.mark.parametrize("size", [(200, 200), (300, 150)])
+@pytest.mark.parametrize("noise", some_slow([0, 2], 2))
+@pytest.mark.parametrize("size", some_slow([(200, 200), (300, 150)], (300, 150)))
 def test_a_symmetric_hall_is_ambiguous(size, noise):
     a = plans.see([plans.box(0, 0, *size)], degrees=20, noise=noise, seed=1)
     b = plans.see([plans.box(0, 0, *size)], degrees=77, scale=1.1, noise=noise, seed=2)
@@ -176,7 +177,7 @@ def test_the_same_seed_gives_the_same_bytes():
     assert repr(first.as_dict() | {"seconds": 0}) == repr(second.as_dict() | {"seconds": 0})
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_other_seeds_give_the_same_answer_to_a_fraction_of_a_cell(seed):
     a, b, _ = office_pair(2)
 
@@ -208,7 +209,7 @@ def degenerate() -> dict[str, np.ndarray]:
     }
 
 
-@pytest.mark.parametrize("name", degenerate())
+@pytest.mark.parametrize("name", some_slow(degenerate(), "one free cell", "one row", "one wall cell"))
 def test_a_map_with_hardly_anything_in_it_gives_a_reason(name):
     odd, office = OccupancyGrid(degenerate()[name].astype(np.int8)), plans.see(plans.office(0)).grid
 
@@ -225,7 +226,7 @@ def test_a_lone_wall_is_not_accepted_anywhere():
 
 
 @pytest.mark.parametrize("noise", [1, pytest.param(0, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("name", ["round", "polygons 0", "polygons 1", "wings 0", "wings 1"])
+@pytest.mark.parametrize("name", some_slow(["round", "polygons 0", "polygons 1", "wings 0", "wings 1"], "round"))
 def test_buildings_without_one_dominant_direction_are_aligned(name, noise):
     kind, _, seed = name.partition(" ")
     rooms = {"round": plans.round_rooms, "polygons": lambda: plans.polygons(int(seed))}.get(

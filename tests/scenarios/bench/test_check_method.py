@@ -11,13 +11,19 @@ from scenarios.pairs.drawn_pairs import VIEWS
 from tests.scenarios.mistaken_methods import Mistaken, Restless, Torn, fail, leave
 
 
-@pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake.name)
+def name_of(value):
+    return getattr(value, "name", None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mistake", MISTAKES, ids=name_of)
 def test_a_method_that_makes_a_mistake_hears_its_name(mistake):
     checked = check_method("mine", Mistaken(mistake=mistake.name))
 
     assert list(checked.complaints) == [f"{mistake.advice} ({mistake.name})"]
 
 
+@pytest.mark.slow
 def test_a_right_method_hears_nothing_and_sees_every_pair():
     heard = []
 
@@ -32,14 +38,14 @@ def test_a_right_method_hears_nothing_and_sees_every_pair():
 @pytest.mark.parametrize(
     ("method", "complaint"),
     [
-        (Restless(), "two calls with the same seed differ"),
-        (Torn(), "`pixels` and `b_to_a` of a candidate differ"),
-        (Mistaken(confidence=90.0), "a confidence is a probability, 0..1, but it says 90"),
-        (Mistaken(verdict="rejected"), "it does not accept every pair"),
-        (Mistaken(mistake="lost"), "by no mistake that is known here"),
         (Mistaken(misbehaves=fail), "error: ZeroDivisionError: no corners"),
+        pytest.param(Restless(), "two calls with the same seed differ", marks=pytest.mark.slow),
+        pytest.param(Torn(), "`pixels` and `b_to_a` of a candidate differ", marks=pytest.mark.slow),
+        pytest.param(Mistaken(confidence=90.0), "probability, 0..1, but it says 90", marks=pytest.mark.slow),
+        pytest.param(Mistaken(verdict="rejected"), "it does not accept every pair", marks=pytest.mark.slow),
+        pytest.param(Mistaken(mistake="lost"), "by no mistake that is known here", marks=pytest.mark.slow),
     ],
-    ids=lambda value: getattr(value, "name", None),
+    ids=name_of,
 )
 def test_what_is_odd_is_said(method, complaint):
     (said,) = check_method("mine", method).complaints

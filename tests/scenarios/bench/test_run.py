@@ -11,6 +11,7 @@ from scenarios.bench.run import read_rows
 from scenarios.dataset.reader import open_dataset
 from scenarios.execution.limits import Limits
 from scenarios.suites.suite import ContenderSpec
+from tests.marking import some_slow
 from tests.scenarios.known_answers import Fixed, Source, contender, run_pairs
 
 
@@ -19,6 +20,7 @@ def timeless(folder):
     return sorted(rows, key=lambda row: row["task_id"])
 
 
+@pytest.mark.slow
 def test_pairs_are_kept_in_a_data_set_beside_the_rows(tmp_path):
     sources = [Source(), Source(source_id="m1", fails=True)]
     run_pairs(sources, [contender()], tmp_path, suite="made", card={"title": "Made", "description": "for tests"})
@@ -31,6 +33,7 @@ def test_pairs_are_kept_in_a_data_set_beside_the_rows(tmp_path):
     assert first == second | {"m1-unrelated": "error"}
 
 
+@pytest.mark.slow
 def test_kept_pairs_are_whole_after_an_interruption(tmp_path):
     def interrupt(rows):
         raise KeyboardInterrupt
@@ -113,7 +116,7 @@ def test_a_run_goes_on_where_it_was_interrupted(tmp_path):
     assert timeless(tmp_path / "cut") == timeless(tmp_path / "whole")
 
 
-@pytest.mark.parametrize("cut", [1, 40, 900])
+@pytest.mark.parametrize("cut", some_slow([1, 40, 900], 40))
 def test_a_torn_line_and_lost_lines_are_done_again(tmp_path, cut):
     sources = [Source(), Source(source_id="m1")]
     run_pairs(sources, [contender(), contender(label="two")], tmp_path, suite="made")
@@ -134,6 +137,7 @@ def test_a_damaged_line_is_named(tmp_path):
         run_pairs([Source()], [contender()], tmp_path, suite="made")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "differs"),
     [

@@ -38,6 +38,7 @@ def test_what_determines_a_row_changes_its_id(changed):
     assert not ids(**changed) & ids()
 
 
+@pytest.mark.slow
 def test_ids_are_the_same_in_another_process():
     code = "from tests.scenarios.bench.test_task_ids import ids; print(sorted(ids()))"
     process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -7,6 +7,7 @@ from rectmerge.cli import console
 from rectmerge.io.map_file import read_map
 from scenarios.bench.run import read_rows
 from scenarios.cli.main import app
+from tests.marking import some_slow
 from tests.sim.carmen_logs import flaser, office_walk, robotlaser, write_log
 from tests.sim.small_worlds import wall_distance
 
@@ -41,7 +42,7 @@ def test_an_earlier_map_is_replaced_only_if_told(tmp_path, log, capsys):
     assert "holds earlier results (map.yaml); --force clears them" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("is_corrected", [True, False])
+@pytest.mark.parametrize("is_corrected", some_slow([True, False], True))
 def test_a_log_becomes_a_data_set_that_verify_accepts_and_run_scores(tmp_path, capsys, is_corrected):
     log = write_log(tmp_path / "walk.clf", flaser(WALK, is_corrected=is_corrected))
     words = ("--pairs", 2, "--cut", 0.45, "--shared", 0.1, "--resolution-b", 0.06, "--seed", 3)
@@ -56,6 +57,7 @@ def test_a_log_becomes_a_data_set_that_verify_accepts_and_run_scores(tmp_path, c
     assert "rectbench carmen walk.clf -o DATASET --pairs 2 --resolution 0.05 --cut 0.45 --shared 0.1" in card
 
 
+@pytest.mark.slow
 def test_the_same_words_give_the_same_bytes(tmp_path, log):
     sums = []
     for folder in ("first", "second"):

@@ -65,6 +65,7 @@ def test_what_is_undone_is_where_it_was_and_nothing_leaves_the_image(do, seed, s
     assert (moved < np.array(bent.grid.shape[::-1]) - 0.5).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(seeds, st.floats(0.5, 10.0))
 def test_a_bend_turns_no_wall_by_more_than_it_says_and_some_by_about_that(seed, degrees):

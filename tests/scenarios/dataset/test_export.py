@@ -57,6 +57,7 @@ def test_the_corners_of_a_room_are_within_half_a_cell_of_those_of_the_written_ma
     assert np.allclose([room.min(axis=0), room.max(axis=0)], [[0.225, 0.225], [5.775, 3.775]])
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(st.sampled_from(["frame", "image"]), st.floats(-180, 180), st.floats(0.04, 0.1))
 def test_written_walls_stand_in_the_world_however_the_map_was_turned(tmp_path_factory, turn, degrees, resolution):

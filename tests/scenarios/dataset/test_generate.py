@@ -76,6 +76,7 @@ def test_the_info_tells_what_was_made_of_what(made):
     assert verify(made).faults == ()
 
 
+@pytest.mark.slow
 def test_two_workers_make_the_same_bytes(tmp_path, made):
     with local_workers(2) as executor:
         generate(SUITE, tmp_path / "again", executor=executor)
@@ -83,6 +84,7 @@ def test_two_workers_make_the_same_bytes(tmp_path, made):
     assert contents(tmp_path / "again") == contents(made)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kept", [1, 3])
 def test_a_process_that_is_killed_is_gone_on_with_and_makes_the_same_bytes(tmp_path, made, kept):
     command = [sys.executable, "-m", "tests.scenarios.tiny_suite", str(tmp_path / "set")]

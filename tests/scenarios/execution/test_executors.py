@@ -82,6 +82,7 @@ def test_work_without_an_executor_is_done_in_order():
     assert [(item, future.result()) for item, future in completed(None, abs, [-3, 2])] == [(-3, 3), (2, 2)]
 
 
+@pytest.mark.slow
 def test_an_item_that_fails_is_told_by_its_future_with_an_executor_or_without():
     with local_workers(2) as pool:
         for executor in (None, pool):
@@ -105,6 +106,7 @@ def test_work_without_an_executor_is_interrupted_at_once():
         next(completed(None, interrupted, [1, 2]))
 
 
+@pytest.mark.slow
 def test_items_are_taken_as_there_is_room():
     taken = []
 

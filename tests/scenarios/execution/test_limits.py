@@ -53,6 +53,7 @@ def test_what_makes_pairs_does_not_answer():
     assert answers != makes
 
 
+@pytest.mark.slow
 def test_children_do_not_give_every_array_back_to_the_system(monkeypatch):
     stop_children()
     monkeypatch.setenv("MALLOC_TRIM_THRESHOLD_", "65536")  # as dask has it
@@ -74,6 +75,7 @@ def test_what_cannot_be_sent_is_a_failure():
     assert call_within(Limits(), functools.partial(eval, "lambda: 1")).failure == "error"
 
 
+@pytest.mark.slow
 def test_a_child_that_hangs_is_killed_with_all_that_it_started(tmp_path):
     started = time.monotonic()
     got = call_within(QUICK, functools.partial(hang_with, tmp_path / "pids"))
@@ -87,6 +89,7 @@ def test_a_child_that_hangs_is_killed_with_all_that_it_started(tmp_path):
     assert call_within(QUICK, os.getpid).value not in (None, child)
 
 
+@pytest.mark.slow
 def test_memory_of_programs_counts():
     taken = "import time; kept = bytearray(300_000_000); time.sleep(30)"
     hungry = functools.partial(subprocess.run, [sys.executable, "-c", taken], check=False)
@@ -104,6 +107,7 @@ def test_a_child_is_warmed_up_once(tmp_path):
     assert (tmp_path / "notes").read_text() == "warm "
 
 
+@pytest.mark.slow
 def test_a_warm_up_that_hangs_is_left_out_and_costs_no_answer():
     limits, warm_up = Limits(timeout_s=0.1), functools.partial(time.sleep, 60)
     started = time.monotonic()

@@ -19,6 +19,7 @@ from scenarios.gallery.world_view import (
 from sim.floorplans import FAMILIES, Office
 from sim.world import Door, Prism, World
 from tests.drawing import DATA
+from tests.marking import some_slow
 from tests.sim.small_worlds import box_world
 
 SQUARE = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1]])
@@ -41,7 +42,7 @@ def test_families_are_listed_with_their_knobs_as_a_suite_reads_them():
     assert 'yaw_deg = "random"' in listed[-1]
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", some_slow(FAMILIES, "office"))
 def test_every_family_can_be_found_by_its_name(family):
     assert find_world(family).family == family
 

@@ -18,6 +18,7 @@ def measured(path, benches):
     return path
 
 
+@pytest.mark.slow
 def test_the_page_tells_times_and_the_power_of_the_cells(tmp_path):
     benches = [("linear", 400, 0.01), ("linear", 800, 0.04), ("flat", 400, 0.2), ("flat", 800, 0.2), ("one", 400, 1.0)]
 

@@ -71,6 +71,7 @@ def common_walls(pair):
     return near.mean(), away[near]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["frame", "image"])
 @pytest.mark.parametrize("turn", [0.0, 33.0, 180.0])
 def test_over_many_grid_phases_the_truth_is_biased_to_no_side(kind, turn):
@@ -124,6 +125,7 @@ print(hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest())
 """
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_in_any_process(capsys):
     exec(BYTES, {})
     environment = os.environ | {"PYTHONHASHSEED": "7"}

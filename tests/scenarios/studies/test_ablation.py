@@ -24,6 +24,7 @@ def test_no_two_names_are_alike():
     assert len({ablation.name for ablation in ABLATIONS}) == len(ABLATIONS)
 
 
+@pytest.mark.slow
 def test_every_ablated_method_answers_without_failing():
     for ablation in ABLATIONS:
         (row,) = ablated_rows(ablation, [pair()])

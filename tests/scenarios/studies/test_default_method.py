@@ -48,6 +48,7 @@ def cells(table, start):
     return [cell.strip() for cell in line.strip("|").split("|")]
 
 
+@pytest.mark.slow
 def test_one_call_runs_every_row_and_writes_the_page_and_a_baseline_it_meets(tmp_path):
     seen = []
 

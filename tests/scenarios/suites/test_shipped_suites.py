@@ -13,6 +13,7 @@ from scenarios.suites.suite import load_suite, suite_names
 from sim.floorplans import FAMILIES
 
 HELD_OUT = {"two-wing", "round"}
+LARGE = {"standard", "trust", "conditions", "repetitive"}
 
 
 def pairs_of(sources):
@@ -24,7 +25,9 @@ def standard():
     return load_suite("standard").sources()
 
 
-@pytest.mark.parametrize("name", suite_names())
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in LARGE else name for name in suite_names()]
+)
 def test_ids_are_unique_and_splits_share_no_building(name):
     sources = load_suite(name).sources()
     splits = {}

@@ -191,8 +191,6 @@ def test_a_source_yields_the_pairs_it_announced(tmp_path):
     assert all(pair.related for pair in pairs)
 
 
-@pytest.mark.sim
-@pytest.mark.slow
 def test_the_test_seeds_of_headline_differ_in_nothing_else():
     (chosen_on,), (tested_on,) = (load_suite(name).scenarios for name in ("headline", "headline-test"))
 
@@ -200,6 +198,8 @@ def test_the_test_seeds_of_headline_differ_in_nothing_else():
     assert dataclasses.replace(tested_on, seeds=chosen_on.seeds) == chosen_on
 
 
+@pytest.mark.sim
+@pytest.mark.slow
 def test_headline_maps_have_the_papers_canvases_and_scale():
     pair = next(load_suite("headline").sources()[0].pairs())
 

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from sim.floorplans import FAMILIES, Clutter, Hall, Hospital, Loop, Office, Polygonal, TwoWing, Warehouse, make_world
+from tests.marking import some_slow
 from tests.sim.floorplans.buildings import PLAIN, plain, usual
+
+UPRIGHT = ["office", "apartment", "warehouse", "loop", "hospital", "hall", "clutter"]
 
 
 def directions(world):
@@ -67,7 +70,7 @@ def test_two_wings_have_two_dominant_orientations(seed):
     assert 0.3 < share_along(world, turned) < 0.7
 
 
-@pytest.mark.parametrize("family", ["office", "apartment", "warehouse", "loop", "hospital", "hall", "clutter"])
+@pytest.mark.parametrize("family", some_slow(UPRIGHT, "office", "hall"))
 def test_upright_families_have_one_orientation(family):
     assert share_along(plain(family, 0), 0.0) > 0.85
 
@@ -138,6 +141,7 @@ def test_pillars_stand_on_a_grid_until_they_are_jittered_or_missing():
     assert len(pillars(jitter_m=0.0, missing=0.9)) < len(grid)
 
 
+@pytest.mark.slow
 def test_clutter_is_dense_and_turned():
     world = make_world(Clutter(**PLAIN), 1)
     edges = np.concatenate([np.diff(p.outline[:3], axis=0) for p in world.furniture if len(p.outline) == 4])
@@ -153,7 +157,7 @@ def test_a_family_has_as_many_rooms_as_asked_for(family, rooms):
     assert len(make_world(FAMILIES[family](rooms=rooms, size_m=(22.0, 15.0), furniture=0.5), 0).rooms) == rooms
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", some_slow(FAMILIES, "office", "hall"))
 def test_furniture_has_heights_that_robots_meet_or_see(family):
     for prism in usual(family, 0).furniture:
         assert prism.top > 0.3  # nothing that a robot hits below the laser

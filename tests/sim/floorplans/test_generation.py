@@ -6,6 +6,7 @@ from rectmerge.errors import SimulationError
 from sim.floorplans import FAMILIES, Office, Round, families, generation, make_world
 from sim.motion.driving import make_drive_field, nearest_drivable
 from sim.world import World
+from tests.marking import some_slow
 from tests.sim.floorplans.buildings import plain, usual
 
 MANY = [(family, seed) for family in FAMILIES for seed in range(1, 6)]
@@ -30,7 +31,7 @@ def require_sealed(world: World) -> None:
     assert not np.isin(labels[1:-1, 1:-1][grid.unknown], inside).any()
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", some_slow(FAMILIES, "office"))
 def test_a_robot_reaches_every_room_during_both_visits(family):
     require_reachable(usual(family, 0))
 
@@ -67,7 +68,7 @@ def test_extreme_knobs_still_give_reachable_buildings(family, knobs):
     require_sealed(world)
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", some_slow(FAMILIES, "office"))
 def test_everything_lies_within_the_size_asked_for(family):
     world, asked = plain(family, 0), FAMILIES[family]().size_m
     corners = np.concatenate([prism.outline for prism in (*world.obstacles, *world.visits[0], *world.visits[1])])
@@ -98,7 +99,7 @@ def _within(outline, points):
     return inside
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", some_slow(FAMILIES, "office"))
 def test_the_same_seed_gives_the_same_building_and_another_seed_another(family):
     first, again = usual(family, 0).to_json_dict(), make_world(FAMILIES[family](), 0).to_json_dict()
     other = make_world(FAMILIES[family](furniture=0.0), 1).to_json_dict()

@@ -3,6 +3,7 @@ import pytest
 
 from sim.floorplans import Office, make_world
 from sim.motion.driving import PathPlanner, make_drive_field, nearest_drivable
+from tests.marking import some_slow
 
 SPECS = [
     Office(rooms=rooms, size_m=(16.0 + rooms, 12.0), oblique=rooms % 2, yaw_deg=0.0, shut=0.0, changed=0.0)
@@ -11,7 +12,7 @@ SPECS = [
 
 
 @pytest.mark.parametrize("spec", SPECS)
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", some_slow([0, 1], 0))
 def test_a_robot_can_drive_between_all_rooms_of_every_office(spec, seed):
     world = make_world(spec, seed)
     field = make_drive_field(world)

@@ -12,6 +12,7 @@ from tests.sim import naive
 CELLS = arrays(np.int8, array_shapes(min_dims=2, max_dims=2, max_side=9), elements=st.sampled_from([-1, 0, 0, 100]))
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=60)
 @given(CELLS, st.sampled_from([0.34, 0.5, 1.0]), st.sampled_from([0.0, 1.0, 1.7]))
 def test_the_raster_of_a_map_is_the_map_with_its_open_ends_walled_off(cells, resolution, narrowest_m):

@@ -37,6 +37,7 @@ def test_a_json_plan_has_walls_around_its_outline_and_rooms_by_name():
         assert np.hypot(*(np.array([col, row]) * 0.1 + 0.05 - room.spot)) < 1e-6
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=25)
 @given(st.lists(st.floats(0.8, 6.0), min_size=5, max_size=12), st.floats(0.06, 0.4))
 def test_any_outline_is_floor_within_and_wall_as_thick_as_asked_for_without(radii, wall_m):

@@ -7,6 +7,7 @@ import pytest
 
 from rectmerge.errors import InputError, SimulationError
 from sim.missions.mission_log import MissionLog, RobotLog, cut_to_overlap
+from tests.marking import some_slow
 from tests.sim.small_worlds import free_cells, office_log, walked_log
 
 
@@ -73,7 +74,7 @@ def test_time_without_progress_is_counted_and_noted_when_it_is_much(places, stuc
     assert log.with_stuck_noted().note == (f"no progress in {stuck:.0f} of 8 s" if stuck > 1.6 else "")
 
 
-@pytest.mark.parametrize("wanted", [0.45, 0.65, 0.85, 1.0])
+@pytest.mark.parametrize("wanted", some_slow([0.45, 0.65, 0.85, 1.0], 0.65))
 def test_maps_of_a_cut_log_have_the_wanted_overlap(wanted):
     log = walked_log()
     cut = cut_to_overlap(log, wanted)

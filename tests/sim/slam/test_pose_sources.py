@@ -9,6 +9,7 @@ from rectmerge.errors import InputError
 from sim.slam.odometry import simulate_odometry
 from sim.slam.pose_sources import Slam, estimate_poses
 from sim.slam.poses import relative_poses
+from tests.marking import some_slow
 from tests.sim.scan_walks import LIDAR, ring_walk, room_walk
 
 HASH = """
@@ -51,7 +52,7 @@ def test_odometry_is_what_the_wheels_say():
 
 
 @pytest.mark.parametrize("loop_closure", [False, True])
-@pytest.mark.parametrize("walk", ["room", "ring"])
+@pytest.mark.parametrize("walk", some_slow(["room", "ring"], "room"))
 def test_slam_starts_at_the_truth_and_stays_near_where_wheels_do_not(walk, loop_closure):
     poses = (ring_walk() if walk == "ring" else room_walk())[0]
     wheels, slam = [], []
@@ -100,6 +101,7 @@ def test_the_mappers_settings_matter():
     assert error(estimated(slam=rough), poses) > error(estimated(), poses)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_in_any_process():
     done = subprocess.run([sys.executable, "-c", HASH], capture_output=True, text=True, check=True)
 
