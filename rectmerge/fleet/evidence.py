@@ -81,6 +81,7 @@ class Evidence:
         self.params = params
         self.candidates: dict[Pair, Sequence[PairCandidate]] = {}
         self._stacks: dict[Pair, _Stack] = {}
+        self._partners: list[set[int]] = [set() for _ in maps]
 
     def add(self, pair: Pair, alignment: Alignment, *, is_swapped: bool) -> None:
         """Add the answer of a pair; it places the first map on the second if swapped."""
@@ -98,10 +99,18 @@ class Evidence:
             candidates.append(PairCandidate(pair, rank, placement, alone, float(bonus), share, points, images, span))
         self.candidates[pair] = candidates
         self._stacks[pair] = _Stack.of(candidates)
+        self._partners[pair[0]].add(pair[1])
+        self._partners[pair[1]].add(pair[0])
 
     def is_asked(self, pair: Pair) -> bool:
         """Return whether a pair was asked."""
         return pair in self.candidates
+
+    def between(self, left: Iterable[int], right: Iterable[int]) -> list[Pair]:
+        """List the asked pairs of a map on the left with one on the right."""
+        ours, theirs = set(left), set(right)
+        fewer, more = sorted((ours, theirs), key=len)
+        return sorted((min(i, j), max(i, j)) for i in fewer for j in self._partners[i] & more)
 
     def overlap(self, pair: Pair, placement: ComplexSimilarity) -> float:
         """Measure the overlap of a pair under a placement of its second map on its first."""

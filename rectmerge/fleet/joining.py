@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rectmerge.fleet.complex_similarity import ComplexSimilarity, Points, rms
+from rectmerge.fleet.cuts import weak_cuts
 from rectmerge.fleet.evidence import Evidence, Pair, PairCandidate, relative
 from rectmerge.fleet.params import FleetParams
 from rectmerge.fleet.placing import place
@@ -69,33 +70,81 @@ class Joining:
         self.members: dict[int, tuple[int, ...]] = {index: (index,) for index in range(count)}  # by their first map
         self.poses = [ComplexSimilarity()] * count
         self.joins: list[Join] = []
-        self.held_back: list[Join] = []  # for want of pairs that could not be asked any more
         self._ask = ask
         self._root = list(range(count))
         self._offers: dict[Pair, Join | None] = {}
         self._held = {index for poses in start for index in poses}
         for poses in start:
-            together = tuple(sorted(poses))
-            for index in together:
+            for index, pose in poses.items():
                 del self.members[index]
-                self._root[index] = together[0]
-                self.poses[index] = poses[index]
-            self.members[together[0]] = together
+                self.poses[index] = pose
+            self._gather(tuple(sorted(poses)))
 
     def run(self) -> None:
-        """Join components until no join is probable enough, and refine the placements of each."""
-        while (best := self._best_offer()) is not None:
+        """Join components until no join is probable enough, and refine the placements of each.
+
+        Where nothing is sure, likely joins are made on trial. In the end a component is cut wherever all its pairs
+        together leave a cut improbable, and what is cut off may join elsewhere.
+        """
+        params = self.params.join
+        for _ in range(len(self.poses)):
+            self._join_while(params.accept_log_odds)
+            self._join_while(params.trial_log_odds)
+            changes = [self._reconsider(members) for members in list(self.members.values())]
+            if not any(changes):
+                break
+        for members in self.members.values():
+            for _ in range(self.params.place.passes):
+                self._refine(members)
+
+    def _join_while(self, least: float) -> None:
+        """Join components as long as a join has some log-odds."""
+        while (best := self._best_offer(least)) is not None:
             if implied := self._implied(best):
-                if self._ask(implied) == 0:
-                    self.held_back.append(best)
+                if self._ask(implied) == 0:  # the budget is spent: no join on pairs that nobody asked
                     self._offers[best.left[0], best.right[0]] = None
                 else:
                     self._forget(best.left[0], best.right[0])
                 continue
             self._make(best)
-        for members in self.members.values():
-            for _ in range(self.params.place.passes):
-                self._refine(members)
+
+    def _reconsider(self, members: Sequence[int]) -> bool:
+        """Cut a component where its pairs leave a cut improbable or fit better elsewhere; return whether it was cut."""
+        if len(members) == 1 or self.members.get(members[0]) != members or not self._held.isdisjoint(members):
+            return False
+        edges = [edge.pair for edge in self.evidence.agreeing(members, self.poses)]
+        cuts = [*weak_cuts(members, edges, members[0]), (members[0],)]
+        odds = [self.cut_log_odds([index for index in members if index not in side], side) for side in cuts]
+        weakest = odds.index(min(odds))
+        if odds[weakest] < self.params.join.accept_log_odds:
+            self._cut(members, cuts[weakest])
+            return True
+        offers = [self._offer_elsewhere(side, members) for side in cuts]
+        gains = [(0.0 if offer is None else offer.log_odds - own) for offer, own in zip(offers, odds, strict=True)]
+        best = gains.index(max(gains))
+        offer = offers[best]
+        if offer is None or gains[best] < self.params.join.move_margin:
+            return False
+        self._cut(members, cuts[best])
+        self._make(offer)
+        return True
+
+    def _offer_elsewhere(self, side: Sequence[int], members: Sequence[int]) -> Join | None:
+        """Return the most probable join of a part of a component with another component."""
+        offers = [
+            self._offer(other, side, pairs)
+            for other in self.members.values()
+            if other != members and (pairs := self.evidence.between(other, side))
+        ]
+        return max((offer for offer in offers if offer is not None), key=lambda offer: offer.log_odds, default=None)
+
+    def _cut(self, members: Sequence[int], side: Sequence[int]) -> None:
+        """Part a component in two."""
+        parts = tuple(index for index in members if index not in side), tuple(side)
+        del self.members[members[0]]
+        self._forget(members[0])
+        for part in parts:
+            self._gather(part)
 
     def total(self) -> float:
         """Return the nats that all asked pairs give to the components as they are."""
@@ -113,20 +162,15 @@ class Joining:
 
     def cut_log_odds(self, left: Sequence[int], right: Sequence[int]) -> float:
         """Return the log-odds that two parts of a component lie right to each other, by all pairs between them."""
-        ours, theirs = set(left), set(right)
-        pairs = [
-            pair
-            for pair in sorted(self.evidence.candidates)
-            if (pair[0] in ours and pair[1] in theirs) or (pair[0] in theirs and pair[1] in ours)
-        ]
+        pairs = self.evidence.between(left, right)
         nats = [
-            self._score(placement, pairs, ours)[0]
+            self._score(placement, pairs, set(left))[0]
             for placement in self._proposals(left, right, pairs, first=ComplexSimilarity())
         ]
-        return nats[0] - math.log(len(ours) * len(theirs)) - float(np.logaddexp.reduce([0.0, *nats[1:]]))
+        return nats[0] - math.log(max(1, len(pairs))) - float(np.logaddexp.reduce([0.0, *nats[1:]]))
 
-    def _best_offer(self) -> Join | None:
-        """Return the most probable join of two components; None where none is probable enough."""
+    def _best_offer(self, least: float) -> Join | None:
+        """Return the most probable join of two components; None where none has so much log-odds."""
         between: dict[Pair, list[Pair]] = {}
         for first, second in sorted(self.evidence.candidates):
             roots = sorted((self._root[first], self._root[second]))
@@ -135,24 +179,23 @@ class Joining:
         best = None
         for key, pairs in sorted(between.items()):
             if key not in self._offers:
-                self._offers[key] = self._offer(key, pairs)
+                self._offers[key] = self._offer(self.members[key[0]], self.members[key[1]], pairs)
             offer = self._offers[key]
             if offer is not None and (best is None or offer.log_odds > best.log_odds):
                 best = offer
-        return best if best is not None and best.log_odds >= self.params.join.accept_log_odds else None
+        return best if best is not None and best.log_odds >= least else None
 
-    def _offer(self, key: Pair, pairs: Sequence[Pair]) -> Join | None:
-        """Return the best placement of one component on another, with its odds against the others."""
-        left, right = (self.members[root] for root in key)
+    def _offer(self, left: Sequence[int], right: Sequence[int], pairs: Sequence[Pair]) -> Join | None:
+        """Return the best placement of one part on another by the pairs between them, with its odds against others."""
         proposals = self._proposals(left, right, pairs)
         if not proposals:
             return None
         scored = [self._score(placement, pairs, set(left)) for placement in proposals]
         best = max(range(len(scored)), key=lambda index: scored[index][0])
         others = [nats for index, (nats, _) in enumerate(scored) if index != best]
-        chances = math.log(len(left) * len(right))  # of a false edge between the two
+        chances = math.log(len(pairs))  # of a false edge between the two
         log_odds = scored[best][0] - chances - float(np.logaddexp.reduce([0.0, *others]))
-        return Join(left, right, proposals[best], log_odds, scored[best][1])
+        return Join(tuple(left), tuple(right), proposals[best], log_odds, scored[best][1])
 
     def _proposals(
         self,
@@ -227,15 +270,21 @@ class Joining:
 
     def _make(self, join: Join) -> None:
         """Join two components."""
-        left, right = join.left[0], join.right[0]
+        together = tuple(sorted(join.left + join.right))
         for index in join.right:
             self.poses[index] = join.placement @ self.poses[index]
-            self._root[index] = left
-        self.members[left] = tuple(sorted(self.members[left] + self.members.pop(right)))
+        del self.members[join.left[0]], self.members[join.right[0]]
+        self._forget(join.left[0], join.right[0])
+        self._gather(together)
         self.joins.append(join)
-        self._forget(left, right)
-        if len(self.members[left]) > 2:
-            self._refine(self.members[left])
+        if len(together) > 2:
+            self._refine(together)
+
+    def _gather(self, members: tuple[int, ...]) -> None:
+        """Make a component of some maps, which are in none."""
+        self.members[members[0]] = members
+        for index in members:
+            self._root[index] = members[0]
 
     def _forget(self, *roots: int) -> None:
         """Drop the offers between changed components and others."""

@@ -58,6 +58,8 @@ class JoinParams(Group):
     """Joins of components, best first."""
 
     accept_at: float = param(0.85, "probability", "as robust.verdict.accept_at")
+    trial_log_odds: float = param(0.5, "nats", ROWS)  # of a join on trial, which the whole component has to confirm
+    move_margin: float = param(1.0, "nats", HAND)  # by which a part of a component must fit better in another
     min_proposal: float = param(-4.0, "nats", TRIED, least=-math.inf)  # of a candidate that proposes a join
     max_proposals: int = param(25, "placements", "hand, no data; trades time for exactness")
     needs: float = param(1.5, "nats", TRIED)  # of one pair by itself: a join of mere hints is none

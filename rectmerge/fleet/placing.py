@@ -8,12 +8,13 @@ keeps the system well conditioned.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.fleet.complex_similarity import ComplexSimilarity, Points, rms
+from rectmerge.fleet.cuts import reached
 from rectmerge.fleet.evidence import PairCandidate
 from rectmerge.fleet.map_sample import MapSample
 from rectmerge.fleet.params import PlaceParams
@@ -44,7 +45,8 @@ def place(
     dict
         New poses of the connected maps, by index.
     """
-    edges = _connected(edges, held)
+    connected = reached(held, [edge.pair for edge in edges])
+    edges = [edge for edge in edges if edge.pair[0] in connected]
     named = sorted({index for edge in edges for index in edge.pair} | set(held))
     is_held = np.repeat([index in held for index in named], 2)
     fixed = np.concatenate([_normalised(poses[index], maps[index]) for index in named if index in held])
@@ -68,16 +70,6 @@ def place(
         if moved < params.settled_cells:
             break
     return current
-
-
-def _connected(edges: Sequence[PairCandidate], held: Iterable[int]) -> list[PairCandidate]:
-    """Return the pairs that a chain of pairs connects with a held map."""
-    reached, grows = set(held), True
-    while grows:
-        beside = {index for edge in edges if not reached.isdisjoint(edge.pair) for index in edge.pair}
-        grows = not beside <= reached
-        reached |= beside
-    return [edge for edge in edges if edge.pair[0] in reached]
 
 
 def _block(edge: PairCandidate, maps: Sequence[MapSample]) -> NDArray[np.complex128]:

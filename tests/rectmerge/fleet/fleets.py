@@ -105,6 +105,7 @@ class Oracle:
     noise: float = 0.002
     log_odds: float = 6.0
     lies: dict[tuple[str, str], Similarity] = field(default_factory=dict)
+    lie_log_odds: float = 6.0
     doubts: frozenset[tuple[str, str]] = frozenset()
     blind: frozenset[tuple[str, str]] = frozenset()
     name: str = "oracle"
@@ -118,7 +119,7 @@ class Oracle:
         self.asked.append(pair)
         if pair in self.lies or pair[::-1] in self.lies:
             lie = self.lies[pair] if pair in self.lies else self.lies[pair[::-1]].inverse()
-            return self._answer(a, b, [(lie, self.log_odds)])
+            return self._answer(a, b, [(lie, self.lie_log_odds)])
         truth = self.fleet.b_to_a(*pair)
         is_blind = pair in self.blind or pair[::-1] in self.blind
         if self.fleet.place[pair[0]] != self.fleet.place[pair[1]] or is_blind or not self._overlaps(a, b, truth):

@@ -134,6 +134,30 @@ def test_a_sure_but_wrong_pair_is_thrown_out_by_the_others():
         assert worst_error(made, graph) < 0.01
 
 
+def test_a_wrong_join_that_was_the_surest_is_undone_by_the_others():
+    for seed in range(5):
+        made = fleet(seed, home=5, other=0, side=160)
+        wrong = made.b_to_a("home1", "home2")
+        lies = {("home1", "home2"): Similarity(wrong.scale, wrong.angle + 0.8, wrong.tx + 40, wrong.ty)}
+
+        graph = align_many(made.maps, method=Oracle(made, log_odds=4.0, lies=lies))
+
+        assert graph
+        assert graph.pairs["home1", "home2"].status == "thrown out"
+        assert worst_error(made, graph) < 0.01
+
+
+def test_pairs_of_which_none_is_sure_join_where_all_together_are():
+    made = fleet(4, home=4, other=2, side=180)
+
+    graph = align_many(made.maps, method=Oracle(made, log_odds=1.6))
+
+    assert all(not answer.alignment for answer in graph.pairs.asked.values())
+    assert members(graph) == {frozenset(f"home{k}" for k in range(4))}
+    assert worst_error(made, graph) < 0.01
+    assert min(placement.confidence for placement in graph.placements.values()) > 0.8
+
+
 def test_a_sure_but_wrong_pair_joins_no_map_of_another_building():
     for seed in range(5):
         made = fleet(seed, home=5, other=1, side=160)
