@@ -2,12 +2,12 @@ import errno
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rectmerge.errors import DatasetError, InputError
-from rectmerge.io import atomic_file
 from scenarios.dataset.generate import SEED_STRIDE, generate, plan
 from scenarios.dataset.reader import open_dataset
 from scenarios.dataset.verify import verify
@@ -104,16 +104,16 @@ def test_a_process_that_is_killed_is_gone_on_with_and_makes_the_same_bytes(tmp_p
 
 
 def test_a_full_disk_is_told_in_a_line_and_what_was_made_is_kept(tmp_path, made, monkeypatch):
-    write, calls = atomic_file._write_through, []
+    write, calls = Path.write_bytes, []
 
     def full(path, data):
         calls.extend(path.relative_to(tmp_path).parts[:1] if path.is_relative_to(tmp_path / "set") else [])
         if len(calls) > 12:
             raise OSError(errno.ENOSPC, "No space left on device")
-        write(path, data)
+        return write(path, data)
 
     with monkeypatch.context() as patch:
-        patch.setattr(atomic_file, "_write_through", full)
+        patch.setattr(Path, "write_bytes", full)
         with pytest.raises(InputError, match="No space left on device"):
             generate(SUITE, tmp_path / "set")
     counts = []
