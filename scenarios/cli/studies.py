@@ -106,9 +106,10 @@ def unbending(
     ],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.md", help="Where the page goes.")],
 ) -> None:
-    """Bend real pairs that no similarity fits, and write their errors before and after."""
+    """Bend real and simulated pairs that no similarity fits, and write their errors before and after."""
     from scenarios.studies.unbending import pair_sources, write_unbending
 
+    require_extras(*SIMULATOR)
     with progress(len(pair_sources(maps))) as advance:
 
         def on_done(pair_id: str) -> None:

@@ -1,4 +1,4 @@
-"""Errors of real pairs before and after they are unbent: a page of tables."""
+"""Errors of real and simulated pairs before and after they are unbent: a page of tables."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import rectmerge
+from rectmerge.elastic.known_points import fit_to_points
 from rectmerge.io.atomic_file import replace_file
 from scenarios.dataset.reader import RowSource, open_dataset
 from scenarios.execution.executors import describe_machine
-from scenarios.pairs.pair import MapPair
-from scenarios.pairs.truth import control_point_rmse
+from scenarios.pairs.pair import MapPair, PairSource
 from scenarios.studies.headline import markdown
+from scenarios.suites.suite import load_suite
 
 DATASETS = ("real_maps", "real_lasers")
 GROUPS = {  # by variant; lasers may have none
@@ -24,7 +26,12 @@ GROUPS = {  # by variant; lasers may have none
     "layout-hard": "floor plans, turned and rescaled",
     "laser": "rigid lasers",
     "negative": "other places, by force",
+    "bent": "simulated, by estimated poses",
+    "rigid": "simulated, by true poses",
 }
+SUITE = "bent"  # of simulated pairs
+MIN_POINTS = 100  # control points, from which the best bend is known
+ERRORS = ("e_similarity", "e_best", "e_best_bend", "e_unbent")
 CHANGE = 0.1  # of the error, from which a pair counts as better or worse
 
 
@@ -42,9 +49,10 @@ class UnbentPair:
         Whether the bend was accepted.
     reason
         Its reason.
-    e_similarity, e_best, e_unbent
-        RMSE over the control points in cells of A: of the best candidate, of the least-squares similarity, and of the
-        answer, which is bent where that was accepted. None where the pair is unrelated.
+    e_similarity, e_best, e_best_bend, e_unbent
+        RMSE over the control points in cells of A: of the best candidate, of the least-squares similarity, of a smooth
+        displacement through half of the points measured on the other half, and of the answer, which is bent where that
+        was accepted. None where the pair is unrelated, or has too few points.
     seconds, align_seconds
         Wall time of unbending, and of the alignment before.
     """
@@ -55,13 +63,14 @@ class UnbentPair:
     reason: str
     e_similarity: float | None
     e_best: float | None
+    e_best_bend: float | None
     e_unbent: float | None
     seconds: float
     align_seconds: float
 
 
-def pair_sources(maps: str | Path) -> list[tuple[str, RowSource]]:
-    """Return the real pairs of the groups and their group, in the data sets' order.
+def pair_sources(maps: str | Path) -> list[PairSource]:
+    """Return the real pairs of the groups, in the data sets' order, and the missions of the suite.
 
     Raises
     ------
@@ -69,17 +78,24 @@ def pair_sources(maps: str | Path) -> list[tuple[str, RowSource]]:
         If a data set does not exist, or does not keep the layout.
     """
     rows = [row for name in DATASETS for row in open_dataset(Path(maps) / name) if isinstance(row, RowSource)]
-    grouped = [(str(row.info.get("variant", "laser")), row) for row in rows]
-    return [(group, row) for group, row in grouped if group in GROUPS]
+    real = [row for row in rows if row.info.get("variant", "laser") in GROUPS]
+    return [*real, *load_suite(SUITE).sources()]
 
 
-def measure(sources: Sequence[tuple[str, RowSource]], on_done: Callable[[str], None]) -> Iterator[UnbentPair]:
-    """Align and unbend pairs one by one; pairs without a candidate are left out."""
-    for group, source in sources:
+def group_of(info: Mapping[str, Any]) -> str:
+    """Return the group of a pair by the columns of its row."""
+    if "pose_source" in info:
+        return "rigid" if info["pose_source"] == "truth" else "bent"
+    return str(info.get("variant", "laser"))
+
+
+def measure(sources: Sequence[PairSource], on_done: Callable[[str], None]) -> Iterator[UnbentPair]:
+    """Align and unbend pairs one by one; pairs without a candidate, or without truth for a mission, are left out."""
+    for source in sources:
         for pair in source.pairs():
-            if (measured := unbend_pair(group, pair)) is not None:
+            if (measured := unbend_pair(group_of(pair.info), pair)) is not None:
                 yield measured
-        on_done(source.pair_id)
+        on_done(source.source_id)
 
 
 def unbend_pair(group: str, pair: MapPair) -> UnbentPair | None:
@@ -91,12 +107,13 @@ def unbend_pair(group: str, pair: MapPair) -> UnbentPair | None:
         return None
     pixels = alignment.candidates[0].pixels
     bend = rectmerge.unbend(pair.a, pair.b, pixels)
-    before = after = None
+    before = after = best_bend = None
     if pair.control_points is not None:
         at_a, at_b = pair.control_points[:, :2], pair.control_points[:, 2:]
-        after = before = control_point_rmse(pixels.matrix, pair.control_points)
+        after = before = rms(pixels.apply(at_b) - at_a)
+        best_bend = best_bend_error(pixels.apply(at_b), at_a)
         if bend.warp is not None:
-            after = float(np.sqrt(((bend.warp.apply(at_b) - at_a) ** 2).sum(axis=1).mean()))
+            after = rms(bend.warp.apply(at_b) - at_a)
     return UnbentPair(
         group=group,
         pair_id=pair.pair_id,
@@ -104,14 +121,34 @@ def unbend_pair(group: str, pair: MapPair) -> UnbentPair | None:
         reason=bend.reason,
         e_similarity=before,
         e_best=pair.residual_px,
+        e_best_bend=best_bend,
         e_unbent=after,
         seconds=bend.seconds,
         align_seconds=align_seconds,
     )
 
 
+def best_bend_error(points: NDArray[np.float64], targets: NDArray[np.float64]) -> float | None:
+    """Return the error that a smooth displacement leaves: fitted to every other point, measured on the others.
+
+    None where there are too few points to say.
+    """
+    if len(points) < MIN_POINTS:
+        return None
+    left = np.empty_like(points)
+    for start in (0, 1):
+        fitted, held = slice(start, None, 2), slice(1 - start, None, 2)
+        left[held] = fit_to_points(points[fitted], targets[fitted]).apply(points[held]) - targets[held]
+    return rms(left)
+
+
+def rms(offsets: NDArray[np.float64]) -> float:
+    """Return the root mean square length of offsets, (N, 2)."""
+    return float(np.sqrt((offsets**2).sum(axis=1).mean()))
+
+
 def write_unbending(maps: str | Path, output: Path, *, on_done: Callable[[str], None]) -> None:
-    """Measure the real pairs and write the page.
+    """Measure the pairs and write the page.
 
     Parameters
     ----------
@@ -120,7 +157,7 @@ def write_unbending(maps: str | Path, output: Path, *, on_done: Callable[[str], 
     output
         The page, in Markdown.
     on_done
-        Called with the id of each pair.
+        Called with the id of each source.
     """
     pairs = list(measure(pair_sources(maps), on_done))
     replace_file(output, page(pairs, describe_machine()).encode())
@@ -138,7 +175,7 @@ def page(pairs: Sequence[UnbentPair], machine: Mapping[str, Any]) -> str:
 
 def summary_table(groups: Mapping[str, Sequence[UnbentPair]]) -> str:
     """Return one line for each group: medians of the errors, and shares of pairs that changed."""
-    heads = ["set", "n", "bent", "similarity", "best similarity", "unbent", "better", "worse", "time / align"]
+    heads = ["set", "n", "bent", "similarity", "best similarity", "best bend", "unbent", "better", "worse", "time"]
     lines = []
     for name, members in groups.items():
         if not members:
@@ -146,7 +183,7 @@ def summary_table(groups: Mapping[str, Sequence[UnbentPair]]) -> str:
         count = len(members)
         change = [p.e_unbent / p.e_similarity for p in members if p.e_unbent is not None and p.e_similarity]
         better, worse = sum(c < 1 - CHANGE for c in change), sum(c > 1 + CHANGE for c in change)
-        errors = [_median([getattr(p, key) for p in members]) for key in ("e_similarity", "e_best", "e_unbent")]
+        errors = [_median([getattr(p, key) for p in members]) for key in ERRORS]
         changed = [f"{better} ({better / count:.0%})", f"{worse}"] if change else ["-", "-"]
         ratio = np.median([p.seconds / p.align_seconds for p in members])
         bent = str(sum(p.accepted for p in members))
@@ -156,10 +193,8 @@ def summary_table(groups: Mapping[str, Sequence[UnbentPair]]) -> str:
 
 def pair_table(pairs: Sequence[UnbentPair]) -> str:
     """Return one line for each pair."""
-    heads = ["pair", "similarity", "best similarity", "unbent", "reason"]
-    lines = [
-        [p.pair_id, *(_median([value]) for value in (p.e_similarity, p.e_best, p.e_unbent)), p.reason] for p in pairs
-    ]
+    heads = ["pair", "similarity", "best similarity", "best bend", "unbent", "reason"]
+    lines = [[p.pair_id, *(_median([getattr(p, key)]) for key in ERRORS), p.reason] for p in pairs]
     return markdown(heads, lines)
 
 
@@ -170,11 +205,14 @@ def _median(values: Sequence[float | None]) -> str:
 
 INTRODUCTION = """# Maps unbent
 
-Real pairs, aligned by the default method, and the best candidate unbent by `rm.unbend`, whatever the verdict. Errors:
-RMSE over hand-made control points in cells of A, medians over pairs; `rm.unbend` never sees the points. *Best
-similarity*: fitted to the control points themselves, what no similarity can undercut. *Better*, *worse*: pairs whose
-error changes by more than 10 %. *Other places*: maps of two places, laid on each other by force; none should be bent.
-The thresholds of the test were chosen on these pairs: places it has not seen are the test that counts.
+Real and simulated pairs, aligned by the default method, and the best candidate unbent by `rm.unbend`, whatever the
+verdict. Errors: RMSE over the control points in cells of A, medians over pairs; `rm.unbend` never sees the points. They
+are hand-made on real maps; on simulated ones (the suite `bent`) each is placed by its scan's estimated poses in both maps,
+and so a sample of the true bend. *Best similarity*: fitted to the points themselves, what no similarity can undercut. *Best
+bend*: a smooth displacement fitted to every other point and measured on the others; what is left there is of walls that a
+robot drew in two places. *Better*, *worse*: pairs whose error changes by more than 10 %. *Time*: of `rm.unbend`, over that
+of `rm.align`. *Other places*: maps of two places, laid on each other by force; none should be bent, nor should rigid maps.
+The thresholds of the test were chosen on these real pairs: places it has not seen are the test that counts.
 """
 PROVENANCE = """    rectbench unbending MAPS -o results/unbending/README.md
 
