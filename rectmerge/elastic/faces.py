@@ -29,6 +29,8 @@ class Faces:
         Shape (directions, h, w), int32: number of the nearest face that looks about that way, -1 where there is none.
     factor
         Cells of the map per cell of `labels`, at least 1.
+    corner
+        (u, v) of the first cell of `labels`, which surround the walls.
     free
         Shape (H, W): free cells of the map.
     """
@@ -37,6 +39,7 @@ class Faces:
     normals: NDArray[np.float64]
     labels: NDArray[np.int32]
     factor: float
+    corner: NDArray[np.float64]
     free: NDArray[np.bool_]
 
     @classmethod
@@ -47,17 +50,23 @@ class Faces:
         points = np.column_stack([cells.cols[is_face], cells.rows[is_face]]).astype(np.int64)
         normals = cells.normals[is_face].astype(np.float64)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        index = np.full(grid.shape, -1, np.int32)
-        index[points[:, 1], points[:, 0]] = np.arange(len(points))
-        normals = smooth_normals(index, points, normals, params.normal_reach_cells, params.same_normal_cos)
-        extent = float(np.hypot(*np.ptp(points, axis=0))) if len(points) else 0.0
-        factor = max(1.0, extent / params.label_diagonal_cells)
-        at = points.astype(np.float64)
-        return cls(at, normals, _label(at / factor, normals, grid.shape, factor, params), factor, grid.free)
+        if not len(points):
+            return cls(
+                points.astype(np.float64), normals, np.full((1, 1, 1), -1, np.int32), 1.0, np.zeros(2), grid.free
+            )
+        low, extent = points.min(axis=0), np.ptp(points, axis=0)
+        index = np.full(extent[::-1] + 1, -1, np.int32)
+        index[points[:, 1] - low[1], points[:, 0] - low[0]] = np.arange(len(points))
+        normals = smooth_normals(index, points - low, normals, params.normal_reach_cells, params.same_normal_cos)
+        diagonal = float(np.hypot(*extent))
+        factor = max(1.0, diagonal / params.label_diagonal_cells)
+        corner = low - math.ceil(params.label_margin * diagonal)
+        labels = _label((points - corner) / factor, normals, (extent + 2 * (low - corner)) / factor, params)
+        return cls(points.astype(np.float64), normals, labels, factor, corner.astype(np.float64), grid.free)
 
     def nearest(self, points: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the number of the nearest face that looks like each normal, (N,); -1 where there is none."""
-        return nearest_facing(self.labels, self.factor, points, normals)
+        return nearest_facing(self.labels, self.factor, points - self.corner, normals)
 
     def in_free_space(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return whether points, (N, 2), lie in free cells of the map."""
@@ -71,12 +80,11 @@ class Faces:
 def _label(
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
-    shape: tuple[int, int],
-    factor: float,
+    extent: NDArray[np.float64],
     params: FaceParams,
 ) -> NDArray[np.int32]:
-    """Label each cell of a coarser grid by its nearest face in each direction."""
-    height, width = (int(side / factor) + 2 for side in shape)
+    """Label each cell of a grid of an extent (width, height) by its nearest face in each direction."""
+    width, height = (int(side) + 2 for side in extent)
     u, v = np.rint(points).astype(np.intp).T
     labels = np.full((params.directions, height, width), -1, np.int32)
     for k in range(params.directions):

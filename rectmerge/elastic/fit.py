@@ -40,9 +40,10 @@ class ElasticFit:
 
     @classmethod
     def of_pair(cls, pair: FacePair, params: FitParams) -> ElasticFit:
-        """Lay a lattice over B's walls, with a margin as wide as a wall's reach at the end."""
-        margin = params.reaches[-1] * pair.diagonal
-        low, high = pair.placed.min(axis=0) - margin, pair.placed.max(axis=0) + margin
+        """Lay a lattice over B's walls, and a margin as wide as a wall's reach at the end, not far beyond A's walls."""
+        margin, beyond = params.reaches[-1] * pair.diagonal, params.beyond * pair.diagonal
+        low = np.maximum(pair.placed.min(axis=0) - margin, pair.a.points.min(axis=0) - beyond)
+        high = np.minimum(pair.placed.max(axis=0) + margin, pair.a.points.max(axis=0) + beyond)
         lattice = Lattice.over(low, high, params.spacing * pair.diagonal)
         return cls(pair, lattice, smoothness(lattice, params.patch * pair.diagonal, params), params)
 

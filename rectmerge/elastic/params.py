@@ -20,6 +20,9 @@ class FaceParams(Group):
     directions: int = param(8, "directions of the labelled distance transforms", HAND)
     direction_cos: float = param(0.6, "cosine to the middle of a direction", HAND)
     label_diagonal_cells: int = param(500, "cells of the labels' diagonal", HAND)
+    label_margin: float = param(
+        0.1, "share of the walls' diagonal around them that has labels", "twice the first reach"
+    )
     max_faces: int = param(1200, "faces of each map", INSENSITIVE)
     pair_cos: float = param(0.6, "cosine between partners", HAND)
     margin: float = param(0.04, "share of the diagonal around the other map's walls", HAND)
@@ -30,6 +33,7 @@ class FitParams(Group):
     """Energy of the displacement and its minimisation; D is the diagonal of A's walls."""
 
     spacing: float = param(1 / 12, "D, between nodes of the lattice", INSENSITIVE)
+    beyond: float = param(0.5, "D, by which the lattice may extend beyond A's walls", "hand; bounds time and memory")
     patch: float = param(1 / 8, "D: areas of this side bend independently", INSENSITIVE)
     strain_std: float = param(0.025, "strain", INSENSITIVE)
     turn_std: float = param(0.05, "radians per patch", INSENSITIVE)

@@ -70,10 +70,12 @@ def _wall_marks(b: OccupancyGrid, warp: Warp) -> Iterator[tuple[NDArray[np.float
     back = warp.similarity.inverse()
     moved = back.apply(warp.apply(walls[:, ::-1]))
     yield moved, values
-    number = np.full((b.shape[0] + 1, b.shape[1] + 2), -1)
-    number[walls[:, 0], walls[:, 1] + 1] = np.arange(len(walls))
+    row_step = b.shape[1] + 1  # a neighbour beyond the end of a row is none of the next row
+    keys = walls @ [row_step, 1]  # ascending
     cells = np.floor(moved + TIE)
     for down, right in ((0, 1), (1, -1), (1, 0), (1, 1)):
-        neighbour = number[walls[:, 0] + down, walls[:, 1] + 1 + right]
-        parted = np.flatnonzero((neighbour >= 0) & (np.abs(cells - cells[neighbour]).max(axis=1) > 1))
+        wanted = keys + down * row_step + right
+        neighbour = np.searchsorted(keys, wanted).clip(max=len(keys) - 1)
+        is_parted = (keys[neighbour] == wanted) & (np.abs(cells - cells[neighbour]).max(axis=1) > 1)
+        parted = np.flatnonzero(is_parted)
         yield back.apply(warp.apply(walls[parted, ::-1] + np.array([right, down]) / 2)), values[parted]

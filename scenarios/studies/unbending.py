@@ -207,12 +207,13 @@ INTRODUCTION = """# Maps unbent
 
 Real and simulated pairs, aligned by the default method, and the best candidate unbent by `rm.unbend`, whatever the
 verdict. Errors: RMSE over the control points in cells of A, medians over pairs; `rm.unbend` never sees the points. They
-are hand-made on real maps; on simulated ones (the suite `bent`) each is placed by its scan's estimated poses in both maps,
-and so a sample of the true bend. *Best similarity*: fitted to the points themselves, what no similarity can undercut. *Best
-bend*: a smooth displacement fitted to every other point and measured on the others; what is left there is of walls that a
-robot drew in two places. *Better*, *worse*: pairs whose error changes by more than 10 %. *Time*: of `rm.unbend`, over that
-of `rm.align`. *Other places*: maps of two places, laid on each other by force; none should be bent, nor should rigid maps.
-The thresholds of the test were chosen on these real pairs: places it has not seen are the test that counts.
+are hand-made on real maps; on simulated ones (the suite `bent`) each is placed by its scan's estimated poses in both
+maps, and so a sample of the true bend. *Best similarity*: fitted to the points themselves, what no similarity can
+undercut. *Best bend*: a smooth displacement fitted to every other point and measured on the others; what is left there
+is of walls that a robot drew in two places. *Better*, *worse*: pairs whose error changes by more than 10 %. *Time*: of
+`rm.unbend`, over that of `rm.align`. *Other places*: maps of two places, laid on each other by force; none should be
+bent, nor should rigid maps. The thresholds of the test were chosen on these real pairs: places it has not seen are the
+test that counts.
 """
 PROVENANCE = """    rectbench unbending MAPS -o results/unbending/README.md
 

@@ -18,4 +18,4 @@ def test_a_smooth_displacement_is_found_from_its_points():
 def test_a_shift_is_found_from_two_points():
     points = np.array([[0.0, 0.0], [100.0, 50.0]])
 
-    assert_allclose(fit_to_points(points, points + [3.0, -2.0]).at([[40.0, 30.0]]), [[3.0, -2.0]], atol=1e-6)
+    assert_allclose(fit_to_points(points, points + np.array([3.0, -2.0])).at([[40.0, 30.0]]), [[3.0, -2.0]], atol=1e-6)

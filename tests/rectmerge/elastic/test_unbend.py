@@ -10,10 +10,15 @@ from numpy.testing import assert_allclose
 
 import rectmerge as rm
 from rectmerge.alignment import Alignment
+from rectmerge.elastic.faces import Faces
+from rectmerge.elastic.fit import ElasticFit
 from rectmerge.elastic.lattice import Displacement
+from rectmerge.elastic.matching import FacePair
+from rectmerge.elastic.params import FaceParams, FitParams
 from rectmerge.elastic.transform import BentTransform
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.io.json_text import to_json
+from tests.drawing import building
 from tests.rectmerge.elastic.bent_maps import bent_view, large_building, random_displacement
 
 PIXELS = rm.Similarity(0.8, 0.3, 60.0, -40.0)
@@ -204,3 +209,14 @@ def test_an_alignment_gives_its_best_candidate():
 
     assert bend.pixels == alignment.candidates[0].pixels
     assert math.isclose(bend.evidence.walls_before, 0.0, abs_tol=0.5)
+
+
+def test_a_small_map_in_a_large_one_has_a_small_lattice_and_labels():
+    a = building()
+    b = rm.OccupancyGrid(np.pad(np.tile(a.occupancy, (12, 12)), 3000, constant_values=-1))
+
+    faces = Faces.from_grid(b, FaceParams())
+    pair = FacePair.under(rm.Similarity(tx=-3000.0, ty=-3000.0), Faces.from_grid(a, FaceParams()), faces, FaceParams())
+
+    assert max(faces.labels.shape[1:]) < 600
+    assert max(ElasticFit.of_pair(pair, FitParams()).lattice.counts) < 30
