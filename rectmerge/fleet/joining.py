@@ -10,40 +10,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
-import numpy as np
-
-from rectmerge.fleet.complex_similarity import ComplexSimilarity, Points, rms
+from rectmerge.fleet.complex_similarity import ComplexSimilarity
 from rectmerge.fleet.cuts import weak_cuts
-from rectmerge.fleet.evidence import Evidence, Pair, PairCandidate, relative
+from rectmerge.fleet.evidence import Evidence, Pair, relative
+from rectmerge.fleet.join_scorer import Join, JoinScorer
 from rectmerge.fleet.params import FleetParams
 from rectmerge.fleet.placing import place
 
 Ask = Callable[[Sequence[Pair]], int]  # asks pairs, and returns how many it could
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Join:
-    """Join of two components, offered or made.
-
-    Parameters
-    ----------
-    left, right
-        The maps of both, before the join.
-    placement
-        From the frame of the right component to that of the left.
-    log_odds
-        Against every other placement and none.
-    agreeing
-        Candidates that say so.
-    """
-
-    left: tuple[int, ...]
-    right: tuple[int, ...]
-    placement: ComplexSimilarity
-    log_odds: float
-    agreeing: tuple[PairCandidate, ...]
 
 
 class Joining:
@@ -70,9 +45,11 @@ class Joining:
         self.members: dict[int, tuple[int, ...]] = {index: (index,) for index in range(count)}  # by their first map
         self.poses = [ComplexSimilarity()] * count
         self.joins: list[Join] = []
+        self._scorer = JoinScorer(evidence, self.poses, params)
         self._ask = ask
         self._root = list(range(count))
         self._offers: dict[Pair, Join | None] = {}
+        self._undone: set[tuple[tuple[int, ...], tuple[int, ...]]] = set()
         self._held = {index for poses in start for index in poses}
         for poses in start:
             for index, pose in poses.items():
@@ -90,9 +67,11 @@ class Joining:
         for _ in range(len(self.poses)):
             self._join_while(params.accept_log_odds)
             self._join_while(params.trial_log_odds)
-            changes = [self._reconsider(members) for members in list(self.members.values())]
-            if not any(changes):
+            if not self._reconsider_all():
                 break
+        else:
+            while self._reconsider_all(is_cut_only=True):
+                pass
         for members in self.members.values():
             for _ in range(self.params.place.passes):
                 self._refine(members)
@@ -108,17 +87,24 @@ class Joining:
                 continue
             self._make(best)
 
-    def _reconsider(self, members: Sequence[int]) -> bool:
+    def _reconsider_all(self, *, is_cut_only: bool = False) -> bool:
+        """Reconsider every component once; return whether one has changed."""
+        changes = [self._reconsider(members, is_cut_only) for members in list(self.members.values())]
+        return any(changes)
+
+    def _reconsider(self, members: Sequence[int], is_cut_only: bool) -> bool:
         """Cut a component where its pairs leave a cut improbable or fit better elsewhere; return whether it was cut."""
         if len(members) == 1 or self.members.get(members[0]) != members or not self._held.isdisjoint(members):
             return False
         edges = [edge.pair for edge in self.evidence.agreeing(members, self.poses)]
         cuts = [*weak_cuts(members, edges, members[0]), (members[0],)]
-        odds = [self.cut_log_odds([index for index in members if index not in side], side) for side in cuts]
+        odds = [self._scorer.cut_log_odds([index for index in members if index not in side], side) for side in cuts]
         weakest = odds.index(min(odds))
         if odds[weakest] < self.params.join.accept_log_odds:
             self._cut(members, cuts[weakest])
             return True
+        if is_cut_only:
+            return False
         offers = [self._offer_elsewhere(side, members) for side in cuts]
         gains = [(0.0 if offer is None else offer.log_odds - own) for offer, own in zip(offers, odds, strict=True)]
         best = gains.index(max(gains))
@@ -132,17 +118,18 @@ class Joining:
     def _offer_elsewhere(self, side: Sequence[int], members: Sequence[int]) -> Join | None:
         """Return the most probable join of a part of a component with another component."""
         offers = [
-            self._offer(other, side, pairs)
+            self._scorer.offer(other, side, pairs)
             for other in self.members.values()
             if other != members and (pairs := self.evidence.between(other, side))
         ]
         return max((offer for offer in offers if offer is not None), key=lambda offer: offer.log_odds, default=None)
 
     def _cut(self, members: Sequence[int], side: Sequence[int]) -> None:
-        """Part a component in two."""
+        """Part a component in two; the same join is not made on trial again."""
         parts = tuple(index for index in members if index not in side), tuple(side)
         del self.members[members[0]]
         self._forget(members[0])
+        self._undone.add(parts)
         for part in parts:
             self._gather(part)
 
@@ -155,19 +142,14 @@ class Joining:
                 nats += support.nats - (0.0 if support.candidate is None else support.candidate.bonus)
         return nats
 
+    def cut_log_odds(self, left: Sequence[int], right: Sequence[int]) -> float:
+        """Return the log-odds that two parts of a component lie right to each other; see `JoinScorer`."""
+        return self._scorer.cut_log_odds(left, right)
+
     def take(self, pair: Pair) -> None:
         """Join two maps by the best candidate of their pair, whatever else is known."""
         best = self.evidence.candidates[pair][0]
         self._make(Join((pair[0],), (pair[1],), best.placement, math.inf, (best,)))
-
-    def cut_log_odds(self, left: Sequence[int], right: Sequence[int]) -> float:
-        """Return the log-odds that two parts of a component lie right to each other, by all pairs between them."""
-        pairs = self.evidence.between(left, right)
-        nats = [
-            self._score(placement, pairs, set(left))[0]
-            for placement in self._proposals(left, right, pairs, first=ComplexSimilarity())
-        ]
-        return nats[0] - math.log(max(1, len(pairs))) - float(np.logaddexp.reduce([0.0, *nats[1:]]))
 
     def _best_offer(self, least: float) -> Join | None:
         """Return the most probable join of two components; None where none has so much log-odds."""
@@ -179,77 +161,18 @@ class Joining:
         best = None
         for key, pairs in sorted(between.items()):
             if key not in self._offers:
-                self._offers[key] = self._offer(self.members[key[0]], self.members[key[1]], pairs)
+                self._offers[key] = self._scorer.offer(self.members[key[0]], self.members[key[1]], pairs)
             offer = self._offers[key]
-            if offer is not None and (best is None or offer.log_odds > best.log_odds):
+            if offer is None or self._is_undone(offer):
+                continue
+            if best is None or offer.log_odds > best.log_odds:
                 best = offer
         return best if best is not None and best.log_odds >= least else None
 
-    def _offer(self, left: Sequence[int], right: Sequence[int], pairs: Sequence[Pair]) -> Join | None:
-        """Return the best placement of one part on another by the pairs between them, with its odds against others."""
-        proposals = self._proposals(left, right, pairs)
-        if not proposals:
-            return None
-        scored = [self._score(placement, pairs, set(left)) for placement in proposals]
-        best = max(range(len(scored)), key=lambda index: scored[index][0])
-        others = [nats for index, (nats, _) in enumerate(scored) if index != best]
-        chances = math.log(len(pairs))  # of a false edge between the two
-        log_odds = scored[best][0] - chances - float(np.logaddexp.reduce([0.0, *others]))
-        return Join(tuple(left), tuple(right), proposals[best], log_odds, scored[best][1])
-
-    def _proposals(
-        self,
-        left: Sequence[int],
-        right: Sequence[int],
-        pairs: Sequence[Pair],
-        *,
-        first: ComplexSimilarity | None = None,
-    ) -> list[ComplexSimilarity]:
-        """List the distinct placements of the right part on the left that candidates propose, likeliest first.
-
-        A given placement comes first whatever its odds.
-        """
-        ours = set(left)
-        proposed = [] if first is None else [(math.inf, first)]
-        for pair in pairs:
-            for candidate in self.evidence.candidates[pair]:
-                if candidate.alone >= self.params.join.min_proposal:
-                    i, j = pair if pair[0] in ours else pair[::-1]
-                    on_left = candidate.placement if i < j else candidate.placement.inverse()
-                    proposed.append((candidate.alone, self.poses[i] @ on_left @ self.poses[j].inverse()))
-        proposed.sort(key=lambda item: -item[0])
-        maps, poses, evidence = self.evidence.maps, self.poses, self.params.evidence
-        marks = np.concatenate([poses[index].apply(maps[index].landmarks) for index in right])
-        extent = max(poses[index].scale * maps[index].diagonal for index in left)
-        kept: list[tuple[ComplexSimilarity, Points]] = []
-        for _, placement in proposed:
-            at = placement.apply(marks)
-            if all(rms(at - other) > evidence.max_sigmas * evidence.tolerance * extent for _, other in kept):
-                kept.append((placement, at))
-            if len(kept) == self.params.join.max_proposals:
-                break
-        return [placement for placement, _ in kept]
-
-    def _score(
-        self, placement: ComplexSimilarity, pairs: Sequence[Pair], left: set[int]
-    ) -> tuple[float, tuple[PairCandidate, ...]]:
-        """Return the nats of a placement of the right component on the left, and the candidates that agree.
-
-        The maps of a component show the same walls, so an alias that fits one of them fits all: agreements bring their
-        own odds, but the bonus counts once. And one pair has to be probable by itself.
-        """
-        total, agreeing = 0.0, []
-        for pair in pairs:
-            first, second = (self.poses[index] if index in left else placement @ self.poses[index] for index in pair)
-            nats, candidate = self.evidence.support(pair, first.inverse() @ second)
-            total += nats
-            if candidate is not None:
-                agreeing.append(candidate)
-        bonuses = [candidate.bonus for candidate in agreeing]
-        total -= sum(bonuses) - (max(bonuses) if len(bonuses) > 1 else 0.0)
-        if max((candidate.alone for candidate in agreeing), default=-math.inf) < self.params.join.needs:
-            total = min(total, 0.0)
-        return total, tuple(agreeing)
+    def _is_undone(self, offer: Join) -> bool:
+        """Return whether a trial join was undone before."""
+        is_trial = offer.log_odds < self.params.join.accept_log_odds
+        return is_trial and not self._undone.isdisjoint({(offer.left, offer.right), (offer.right, offer.left)})
 
     def _implied(self, join: Join) -> list[Pair]:
         """List the pairs to ask before a join: those that it lays on each other, the largest overlap first."""

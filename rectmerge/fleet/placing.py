@@ -8,6 +8,7 @@ keeps the system well conditioned.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 
 import numpy as np
@@ -18,6 +19,8 @@ from rectmerge.fleet.cuts import reached
 from rectmerge.fleet.evidence import PairCandidate
 from rectmerge.fleet.map_sample import MapSample
 from rectmerge.fleet.params import PlaceParams
+
+NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
 
 
 def place(
@@ -53,11 +56,14 @@ def place(
     column = {index: 2 * position for position, index in enumerate(named)}
     blocks = [_block(edge, maps) for edge in edges]
     current = {index: poses[index] for index in named}
+    spare = len(edges) - len(connected) + len(set(held))  # pairs more than a tree has
     for _ in range(params.iterations):
+        residuals = np.array([_residual(edge, current) for edge in edges])
+        sigma = _spread(residuals, spare, params)
         matrix = np.zeros((2 * len(named), 2 * len(named)), np.complex128)
-        for edge, block in zip(edges, blocks, strict=True):
+        for edge, block, residual in zip(edges, blocks, residuals, strict=True):
             at = [column[edge.pair[0]], column[edge.pair[0]] + 1, column[edge.pair[1]], column[edge.pair[1]] + 1]
-            matrix[np.ix_(at, at)] += _weight(edge, current, params) * block
+            matrix[np.ix_(at, at)] += _weight(edge, residual, sigma, current, params) * block
         solved = _solve(matrix, is_held, fixed)
         moved = 0.0
         for index in named:
@@ -82,11 +88,26 @@ def _block(edge: PairCandidate, maps: Sequence[MapSample]) -> NDArray[np.complex
     return block
 
 
-def _weight(edge: PairCandidate, poses: dict[int, ComplexSimilarity], params: PlaceParams) -> float:
+def _residual(edge: PairCandidate, poses: dict[int, ComplexSimilarity]) -> float:
+    """Return the RMS distance between the shared points of both maps as the poses lay them, in spans."""
     first, second = (poses[index] for index in edge.pair)
-    sigma = params.sigma * edge.span * first.scale
-    residual = rms(first.apply(edge.images) - second.apply(edge.points)) / sigma
-    return max(edge.overlap, params.min_overlap) / (sigma * (1 + residual**2)) ** 2
+    return rms(first.apply(edge.images) - second.apply(edge.points)) / (edge.span * first.scale)
+
+
+def _spread(residuals: NDArray[np.float64], spare: int, params: PlaceParams) -> float:
+    """Return the residual in spans at which a pair has lost half its say, by their median; at most `params.sigma`."""
+    if spare <= 0:
+        return params.sigma
+    freedom = math.sqrt(len(residuals) / spare)  # a fit draws its residuals together
+    return min(params.sigma, max(params.min_sigma, params.sigmas * NORMAL_MAD * float(np.median(residuals)) * freedom))
+
+
+def _weight(
+    edge: PairCandidate, residual: float, sigma: float, poses: dict[int, ComplexSimilarity], params: PlaceParams
+) -> float:
+    """Return the weight of a pair's squared distances, of Geman and McClure."""
+    unit = sigma * edge.span * poses[edge.pair[0]].scale
+    return max(edge.overlap, params.min_overlap) / (unit * (1 + (residual / sigma) ** 2)) ** 2
 
 
 def _solve(matrix: NDArray[np.complex128], is_held: NDArray[np.bool_], fixed: Points) -> Points:
