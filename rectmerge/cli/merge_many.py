@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,9 +21,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rectmerge.aligning import Scale
-    from rectmerge.alignment import Alignment, Method
+    from rectmerge.alignment import Method
     from rectmerge.composing.compose import CellsOf, Rule
-    from rectmerge.fleet.asking import AskPair
+    from rectmerge.fleet.asking import Progress
     from rectmerge.fleet.graph import AlignmentGraph
     from rectmerge.grid import OccupancyGrid
     from rectmerge.results.inputs import Input
@@ -36,6 +39,9 @@ Reference = Annotated[
 AllOrNothing = Annotated[
     bool, typer.Option("--all-or-nothing", metavar="", help="Of more than two maps, write a map only of all.")
 ]
+Workers = Annotated[
+    int, typer.Option(min=1, metavar="N", help="Processes that align pairs, of more than two maps; same answer.")
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,12 +50,19 @@ class FleetOptions:
 
     reference: Reference = None
     all_or_nothing: AllOrNothing = False
+    workers: Workers = 1
 
     def refuse(self) -> None:
         """Refuse these options for two maps."""
         if self.reference is not None or self.all_or_nothing:
             option = "--all-or-nothing" if self.reference is None else "--reference"
             raise InputError(f"{option} is for more than two maps; of two, A's frame is kept")
+
+    def executor(self) -> AbstractContextManager[Executor | None]:
+        """Return the processes that align pairs; None where this one does."""
+        if self.workers == 1:
+            return nullcontext()
+        return ProcessPoolExecutor(self.workers, mp_context=get_context("spawn"))
 
     def ordered(self, maps: Mapping[str, OccupancyGrid], inputs: Sequence[Input]) -> dict[str, OccupancyGrid]:
         """Return the maps with the reference first."""
@@ -94,6 +107,7 @@ def merge_many(
 ) -> None:
     """Place more than two maps together, write a merged map of each component, and exit with the status."""
     from rectmerge.cli.map_options import input_files, read_maps
+    from rectmerge.fleet.asking import PairAsker
     from rectmerge.fleet.many import build_graph
     from rectmerge.fleet.outcome import answer_of, describe, graph_picture
     from rectmerge.fleet.record import to_json_dict, transforms_yaml
@@ -114,8 +128,9 @@ def merge_many(
     settings = {"method": method.name, "fields": plain(field_values(method)), "scale": plain(scale), "seed": seed}
     settings |= {"checked": is_checked}
     before = None if earlier is None else _earlier(earlier, settings)
-    ask = _asking(len(maps), method, scale, seed, is_checked=is_checked)
-    graph = build_graph(ordered, ask, method=method.name, earlier=before)
+    ask = PairAsker(method, scale, seed, is_checked=is_checked)
+    with options.executor() as executor:
+        graph = build_graph(ordered, ask, earlier=before, executor=executor, progress=_progress(len(maps)))
     files: dict[str, bytes] = {}
     pictures: dict[str, NDArray[np.uint8]] = {"graph.png": graph_picture(graph, ordered)}
     merged: list[str | None] = [None] * len(graph.components)
@@ -165,24 +180,17 @@ def _merged(
     return files, pictures, [f"{stem}.yaml" for stem in stems]
 
 
-def _asking(count: int, method: Method, scale: Scale, seed: int, *, is_checked: bool) -> AskPair:
-    """Return a function that aligns a pair, has the answer checked, and notes progress now and then."""
-    from rectmerge.aligning import align
-    from rectmerge.judging import confirm
-
+def _progress(count: int) -> Progress:
+    """Return a function that notes now and then how many pairs of so many maps are asked, and the time left."""
     about = min(count * (count - 1) // 2, PAIRS_PER_MAP * count)
     started = last = time.monotonic()
-    asked = 0
 
-    def ask(a: OccupancyGrid, b: OccupancyGrid) -> Alignment:
-        nonlocal asked, last
+    def tell(asked: int) -> None:
+        nonlocal last
         now = time.monotonic()
-        if asked and now - last >= PROGRESS_SECONDS:
+        if now - last >= PROGRESS_SECONDS:
             left = (now - started) / asked * max(0, about - asked)
             console.note(f"rectmerge: {asked} of about {about} pairs asked, about {left:.0f} s left")
             last = now
-        asked += 1
-        alignment = align(a, b, method=method, scale=scale, seed=seed)
-        return confirm(a, b, alignment, method=method, scale=scale, seed=seed) if is_checked else alignment
 
-    return ask
+    return tell

@@ -3,13 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
 
-from rectmerge.alignment import Alignment
+from rectmerge.aligning import Scale, align
+from rectmerge.alignment import Alignment, Method
 from rectmerge.errors import InputError
 from rectmerge.fleet.evidence import Evidence, Pair
 from rectmerge.grid import OccupancyGrid
+from rectmerge.judging import confirm
 
-AskPair = Callable[[OccupancyGrid, OccupancyGrid], Alignment]
+Progress = Callable[[int], None]  # takes the number of pairs asked so far
+
+
+@dataclass(frozen=True, slots=True)
+class PairAsker:
+    """Question about a pair of maps, the same for all; it can be sent to another process.
+
+    Parameters
+    ----------
+    method, scale, seed
+        As for `rectmerge.align`.
+    is_checked
+        Whether the answer is put to the judge of `rectmerge.judging.confirm`.
+    """
+
+    method: Method
+    scale: Scale
+    seed: int
+    is_checked: bool = False
+
+    def __call__(self, pair: tuple[OccupancyGrid, OccupancyGrid, str]) -> Alignment:
+        """Answer two maps, with the words that name them in an error."""
+        a, b, names = pair
+        try:
+            alignment = align(a, b, method=self.method, scale=self.scale, seed=self.seed)
+            if not self.is_checked:
+                return alignment
+            return confirm(a, b, alignment, method=self.method, scale=self.scale, seed=self.seed)
+        except InputError as error:
+            raise InputError(f"{names}: {error}") from error
 
 
 class Questions:
@@ -24,11 +57,15 @@ class Questions:
     evidence
         Evidence that the answers are added to.
     ask
-        Answers a pair (A, B).
+        Answers a pair.
     budget
         Most pairs to ask; None for no limit.
     known
         Answers by the indices of (A, B), which cost nothing.
+    executor
+        Asks pairs in parallel; None asks them one by one.
+    progress
+        Called after each pair.
     """
 
     def __init__(
@@ -37,14 +74,19 @@ class Questions:
         names: Sequence[str],
         order: Sequence[int],
         evidence: Evidence,
-        ask: AskPair,
+        ask: PairAsker,
+        *,
         budget: int | None,
         known: Mapping[tuple[int, int], Alignment],
+        executor: Executor | None,
+        progress: Progress | None,
     ) -> None:
         self.answers: dict[tuple[int, int], Alignment] = {}  # by the indices of (A, B)
         self.asked = 0
         self._grids, self._names, self._order, self._evidence = grids, names, order, evidence
         self._ask, self._budget, self._known = ask, budget, known
+        self._map = map if executor is None else executor.map
+        self._progress = progress
 
     @property
     def is_spent(self) -> bool:
@@ -53,26 +95,25 @@ class Questions:
 
     def ask(self, pairs: Sequence[Pair]) -> int:
         """Ask some pairs, those asked before left out; return how many answers are new."""
-        before = len(self.answers)
-        for pair in pairs:
-            if not self._evidence.is_asked(pair):
-                is_swapped = self._order[pair[0]] > self._order[pair[1]]
-                answer = self._answer(pair[::-1] if is_swapped else pair)
-                if answer is not None:
-                    self._evidence.add(pair, answer, is_swapped=is_swapped)
-        return len(self.answers) - before
-
-    def _answer(self, pair: Pair) -> Alignment | None:
-        """Return the answer of a pair (A, B); None where the budget is spent."""
-        answer = self._known.get(pair)
-        if answer is None:
-            if self.is_spent:
-                return None
+        new = [self._oriented(pair) for pair in dict.fromkeys(pairs) if not self._evidence.is_asked(pair)]
+        known = [pair for pair in new if pair in self._known]
+        left = None if self._budget is None else self._budget - self.asked
+        unknown = [pair for pair in new if pair not in self._known][:left]
+        for pair in known:
+            self._add(pair, self._known[pair])
+        questions = [(self._grids[a], self._grids[b], f"{self._names[a]} and {self._names[b]}") for a, b in unknown]
+        for pair, answer in zip(unknown, self._map(self._ask, questions), strict=True):
             self.asked += 1
-            a, b = (self._grids[index] for index in pair)
-            try:
-                answer = self._ask(a, b)
-            except InputError as error:
-                raise InputError(f"{self._names[pair[0]]} and {self._names[pair[1]]}: {error}") from error
+            self._add(pair, answer)
+            if self._progress is not None:
+                self._progress(self.asked)
+        return len(known) + len(unknown)
+
+    def _oriented(self, pair: Pair) -> tuple[int, int]:
+        """Return (A, B) of a pair."""
+        first, second = pair
+        return pair if self._order[first] < self._order[second] else (second, first)
+
+    def _add(self, pair: tuple[int, int], answer: Alignment) -> None:
         self.answers[pair] = answer
-        return answer
+        self._evidence.add((min(pair), max(pair)), answer, is_swapped=pair[0] > pair[1])

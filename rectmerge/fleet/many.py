@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge import methods
-from rectmerge.aligning import Scale, align
-from rectmerge.alignment import Alignment, Method
+from rectmerge.aligning import Scale
+from rectmerge.alignment import Method
 from rectmerge.errors import InputError
-from rectmerge.fleet.asking import AskPair, Questions
+from rectmerge.fleet.asking import PairAsker, Progress, Questions
 from rectmerge.fleet.assembling import assemble
 from rectmerge.fleet.earlier import Earlier, describe_changes
 from rectmerge.fleet.evidence import Evidence, Pair
@@ -36,6 +37,7 @@ def align_many(
     seed: int = 0,
     budget: int | None = None,
     earlier: AlignmentGraph | None = None,
+    executor: Executor | None = None,
 ) -> AlignmentGraph:
     """Find which maps belong together and where each lies, or say of each that is left out why.
 
@@ -50,6 +52,8 @@ def align_many(
     earlier
         Graph of some of these maps. Its answers are taken over where the cells of both maps are the same, so that only
         pairs of new maps are asked. Its placements stay unless others are better by 3 nats; then `changes` says so.
+    executor
+        Asks pairs in parallel, such as a `concurrent.futures.ProcessPoolExecutor`; the answer is the same.
 
     Raises
     ------
@@ -63,22 +67,19 @@ def align_many(
     (`rectmerge.fleet.placing`). Of two maps the answer is that of `rectmerge.align`.
     """
     chosen = methods.make_method(method) if isinstance(method, str) else method
-
-    def ask(a: OccupancyGrid, b: OccupancyGrid) -> Alignment:
-        return align(a, b, method=chosen, scale=scale, seed=seed)
-
-    return build_graph(_named(maps), ask, method=chosen.name, budget=budget, earlier=earlier)
+    return build_graph(_named(maps), PairAsker(chosen, scale, seed), budget=budget, earlier=earlier, executor=executor)
 
 
 def build_graph(
     named: Mapping[str, OccupancyGrid],
-    ask: AskPair,
+    ask: PairAsker,
     *,
-    method: str,
     budget: int | None = None,
     earlier: AlignmentGraph | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
 ) -> AlignmentGraph:
-    """Build the graph of some maps as `align_many` does, by a function that answers a pair (A, B)."""
+    """Build the graph of some maps as `align_many` does."""
     started = time.perf_counter()
     if budget is not None and budget < 1:
         raise InputError(f"budget must be at least one pair, got {budget}")
@@ -90,9 +91,12 @@ def build_graph(
     grids = [named[name] for name in names]
     evidence = Evidence([samples[name] for name in names], params.evidence)
     before = Earlier.of(earlier, names, samples)
-    questions = Questions(grids, names, [order[name] for name in names], evidence, ask, budget, before.answers)
+    questions = Questions(
+        grids, names, [order[name] for name in names], evidence, ask,
+        budget=budget, known=before.answers, executor=executor, progress=progress,
+    )  # fmt: skip
     joining, gain = _join(grids, evidence, questions, params, before)
-    graph = assemble(named, names, faults, joining, questions, method=method, started=started)
+    graph = assemble(named, names, faults, joining, questions, method=ask.method.name, started=started)
     return graph if earlier is None else replace(graph, changes=describe_changes(earlier, graph, named, gain))
 
 

@@ -191,6 +191,13 @@ def test_maps_with_one_name_go_by_their_paths(tmp_path, saved):
     assert record["maps"] == [str(yaml_file), str(files["home1"]), str(files["home2"])]
 
 
+def test_workers_give_the_same_answer(merged, tmp_path):
+    assert rectmerge("merge", *MAPS, "--workers", "2", "-o", tmp_path / "out") == console.YES
+
+    one, two = (json.loads((folder / "fleet.json").read_text()) for folder in (merged, tmp_path / "out"))
+    assert one["placements"] == two["placements"]
+
+
 def test_progress_names_the_pairs_asked_and_the_time_left(tmp_path, saved, monkeypatch, capsys):
     files = saved(fleet(1, home=4, other=0))
     monkeypatch.setattr(merge_many, "PROGRESS_SECONDS", 0.0)
