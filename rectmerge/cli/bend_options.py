@@ -51,7 +51,7 @@ class BendOptions:
             raise InputError(f"--unbend: {self.unbend!r} is not one of {', '.join(CHOICES)}")
 
     def bend(self, alignment: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> Bend | None:
-        """Try to bend B onto A after an accepted alignment; None where it was not tried, or nothing bends."""
+        """Try to bend B onto A after an accepted alignment; None where it was not tried, or nothing clearly bends."""
         from rectmerge.elastic.params import AcceptanceParams, BendParams
         from rectmerge.elastic.unbend import unbend
 
@@ -61,5 +61,5 @@ class BendOptions:
             return unbend(
                 a, b, alignment, params=BendParams(accept=AcceptanceParams(min_distance_cells=ANY_DISTANCE_CELLS))
             )
-        bend = unbend(a, b, alignment)
-        return bend if bend.is_tested else None
+        bend, clear = unbend(a, b, alignment), AcceptanceParams().clear_distance_cells
+        return bend if bend or (bend.evidence.walls_before or 0.0) >= clear else None

@@ -28,12 +28,15 @@ def view(
 ) -> None:
     """Show an alignment in a browser: both maps, the candidates, and map B to be placed by hand.
 
+    Where the merge has bent map B, candidate 1 fades between map B as it is and unbent.
+
     The page is one file that needs no network. It shows a placement by hand as options to paste into a command. The
     path of the page goes to stdout. The status is 0 whatever the verdict.
     """
     from rectmerge.io.atomic_file import replace_file
     from rectmerge.results.alignment_json import AlignmentFile
     from rectmerge.results.inputs import saved_inputs
+    from rectmerge.results.saved_bend import read_bend
     from rectmerge.view.page import html
     from rectmerge.view.shown_alignment import ShownAlignment
 
@@ -46,7 +49,7 @@ def view(
     grid_a, grid_b = (map_input.read() for map_input in inputs)
     if not alignment.fits(grid_a, grid_b):
         console.note(f"rectmerge: {folder}: these are not the maps of the merge, or they have changed; merge again")
-    replace_file(page, html(alignment, inputs, grid_a, grid_b).encode())
+    replace_file(page, html(alignment, inputs, grid_a, grid_b, bend=read_bend(file)).encode())
     typer.echo(page)
     if open_page and _has_display():
         _open(page)

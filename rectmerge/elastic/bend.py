@@ -89,11 +89,6 @@ class Bend:
     def __bool__(self) -> bool:
         return self.accepted
 
-    @property
-    def is_tested(self) -> bool:
-        """Whether a displacement was put to the test: the maps have walls in common, which lie apart."""
-        return self.evidence.held_back_cost is not None
-
     def apply(self, points: ArrayLike) -> NDArray[np.float64]:
         """Take points of B's map frame, (..., 2), to A's."""
         return (self.transform or self.b_to_a).apply(points)

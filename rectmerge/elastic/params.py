@@ -73,10 +73,10 @@ class AcceptanceParams(Group):
     max_stretch: float = param(1.4, "singular value of the Jacobian", HAND)
     min_square_faces: int = param(8, "faces of a square that counts", HAND)
     min_distance_cells: float = param(
-        1.5,
-        "cells of A, upper quartile of the walls' distances",
-        "rigid laser maps reach 1.4, hand-held ones begin at 1.8",
+        0.9, "cells of A, upper quartile of the walls' distances", "rigid simulated maps reach 0.83"
     )
+    clear_distance_cells: float = param(1.5, "the same; maps clearly bend", "lasers reach 1.4, hand-held begin at 1.8")
+    unclear_gain_t: float = param(2.0, "min_gain_t of maps between the two", "rigid lasers reach 1.2")
     min_faces: int = param(100, "faces with a partner, of both maps", HAND)
 
     def reach_cells(self, diagonal: float) -> float:

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rectmerge.elastic.lattice import Displacement, Lattice
-from rectmerge.grid import OccupancyGrid
+from rectmerge.elastic.warp import Warp
+from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.similarity import Similarity
 
 SCHEMA = "rectmerge.bend/1"
@@ -61,6 +62,13 @@ class BentTransform:
         unit_lattice = Lattice((0.0, 0.0), 1.0, grid.counts)
         scaled = Displacement(unit_lattice, displacement.coefficients / grid.spacing)
         return cls(b_to_a, origin, axes, scaled, std_cells * a.cell_size, a.cell_size, a.unit)
+
+    def between_pixels(self, a: OccupancyGrid, b: OccupancyGrid) -> Warp:
+        """Return the transform from B's pixels to A's; the lattice lies along A's pixels."""
+        corner, spacing = a.map_to_pixel(self.origin), float(np.linalg.norm(self.axes[:, 0])) / a.cell_size
+        unit = self.displacement
+        lattice = Lattice((float(corner[0]), float(corner[1])), spacing, unit.lattice.counts)
+        return Warp(map_frame_to_pixels(self.b_to_a, a, b), Displacement(lattice, unit.coefficients * spacing))
 
     def apply(self, points: ArrayLike) -> NDArray[np.float64]:
         """Take points of B's map frame, (..., 2), to A's."""

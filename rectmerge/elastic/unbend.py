@@ -89,7 +89,8 @@ def _unbend(a: OccupancyGrid, b: OccupancyGrid, refused: Bend, params: BendParam
     board = Board.over(pair, accept.square * pair.diagonal)
     held = hold_back(fitting, board, accept)
     evidence = replace(evidence, held_back_cost=held.cost_ratio, gain_t=held.gain_t)
-    if reason := _refusal(held, accept):
+    min_gain_t = accept.min_gain_t if apart >= accept.clear_distance_cells else accept.unclear_gain_t
+    if reason := _refusal(held, accept, min_gain_t):
         return replace(refused, reason=reason, evidence=evidence)
     return _fit(a, replace(refused, evidence=evidence), fitting, board, accept)
 
@@ -142,11 +143,11 @@ def _upper_quartile(distances: NDArray[np.float64]) -> float:
     return float(np.quantile(distances, 0.75))
 
 
-def _refusal(held: HeldBack, accept: AcceptanceParams) -> str:
+def _refusal(held: HeldBack, accept: AcceptanceParams, min_gain_t: float) -> str:
     """Return why the test is not passed; empty where it is."""
     if held.squares < accept.min_squares or held.met < accept.min_met:
         return f"too few walls of both maps meet to bend one by the other: {held.met:.0%} of them"
-    if held.cost_ratio < accept.max_cost_ratio and held.gain_t > accept.min_gain_t:
+    if held.cost_ratio < accept.max_cost_ratio and held.gain_t > min_gain_t:
         return ""
     gain = "gain nothing" if held.cost_ratio >= 1 else f"gain {1 - held.cost_ratio:.0%}"
     return f"the maps bend, but not in a way that holds where it was not fitted: walls held back from the fit {gain}"

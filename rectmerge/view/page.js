@@ -68,9 +68,12 @@ function show() {
   if (!pictures) return;
   const ratio = canvas.width / canvas.clientWidth;
   const alpha = fades(Number(byId("fade").value));
+  byId("bending").hidden = !(pictures.bent && state.shown === 0);
+  const bent = byId("bending").hidden ? 0 : Number(byId("bend").value); // how far B is shown without its bend, 0 to 1
   const context = paint(canvas, compose([ratio, 0, 0, 0, ratio, 0], state.screen), [
     { picture: pictures.a, matrix: data.maps.to_a, alpha: alpha.a },
-    { picture: pictures.b, matrix: compose(place(), data.maps.to_b), alpha: alpha.b },
+    { picture: pictures.b, matrix: compose(place(), data.maps.to_b), alpha: alpha.b * (1 - bent) },
+    ...(bent ? [{ picture: pictures.bent, matrix: compose(place(), data.maps.to_bent), alpha: alpha.b * bent }] : []),
   ]);
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.globalCompositeOperation = "source-over";
@@ -202,7 +205,7 @@ function listenToView() {
   for (const radio of document.querySelectorAll('[name="tool"]')) {
     radio.addEventListener("change", () => chooseTool(radio.value));
   }
-  for (const id of ["fade", "rectangles"]) byId(id).addEventListener("input", show);
+  for (const id of ["fade", "bend", "rectangles"]) byId(id).addEventListener("input", show);
   byId("zoom-in").addEventListener("click", () => zoom(1.25));
   byId("zoom-out").addEventListener("click", () => zoom(0.8));
   byId("fit").addEventListener("click", () => { fit(); show(); });

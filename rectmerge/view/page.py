@@ -7,13 +7,16 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from string import Template
+from typing import Any
 
+from rectmerge.elastic.straightening import straighten
+from rectmerge.elastic.transform import BentTransform
 from rectmerge.grid import OccupancyGrid
 from rectmerge.paper.rmap import rmap
 from rectmerge.results.inputs import GREYS, Input
 from rectmerge.similarity import Similarity
 from rectmerge.view.embedding import as_script, package_text
-from rectmerge.view.pictures import draw_pair
+from rectmerge.view.pictures import draw_pair, draw_straightened
 from rectmerge.view.shown_alignment import ShownAlignment
 
 MAX_SIDE_PIXELS = 1024  # of the pictures
@@ -27,7 +30,14 @@ MEANINGS = {
 }
 
 
-def html(alignment: ShownAlignment, inputs: Sequence[Input], a: OccupancyGrid, b: OccupancyGrid) -> str:
+def html(
+    alignment: ShownAlignment,
+    inputs: Sequence[Input],
+    a: OccupancyGrid,
+    b: OccupancyGrid,
+    *,
+    bend: BentTransform | None = None,
+) -> str:
     """Return the page of an alignment.
 
     Parameters
@@ -38,10 +48,12 @@ def html(alignment: ShownAlignment, inputs: Sequence[Input], a: OccupancyGrid, b
         The files of A and B: the commands that the page offers name them.
     a, b
         The maps that were read from these files.
+    bend
+        The bend of B in the merge, if there is one: candidate 1 then fades between B with and without it.
     """
     names = [Path(map_input.given).name for map_input in inputs]
     data = {
-        "maps": draw_pair(a, b, MAX_SIDE_PIXELS),
+        "maps": draw_pair(a, b, MAX_SIDE_PIXELS) | _straightened(bend, a, b),
         "frames": {"a": _frame(a), "b": _frame(b)},
         "unit": a.unit,
         "candidates": [candidate.as_dict() for candidate in alignment.candidates],
@@ -65,6 +77,11 @@ def html(alignment: ShownAlignment, inputs: Sequence[Input], a: OccupancyGrid, b
         data=as_script(data),
         script="\n".join(map(package_text, SCRIPTS)),
     )
+
+
+def _straightened(bend: BentTransform | None, a: OccupancyGrid, b: OccupancyGrid) -> dict[str, Any]:
+    """Return the picture of B without its bend; nothing where there is none."""
+    return {} if bend is None else draw_straightened(b, straighten(b, bend.between_pixels(a, b)), MAX_SIDE_PIXELS)
 
 
 def _frame(grid: OccupancyGrid) -> list[float]:

@@ -45,6 +45,14 @@ def draw_pair(a: OccupancyGrid, b: OccupancyGrid, side: int) -> dict[str, Any]:
     }
 
 
+def draw_straightened(b: OccupancyGrid, straight: OccupancyGrid, side: int) -> dict[str, Any]:
+    """Return map B without its bend as plain data: ``bent``, its picture, and ``to_bent``, from its pixels to B's."""
+    picture = _small(straight, side)
+    tx, ty = b.map_to_pixel(straight.pixel_to_map([0.0, 0.0]))
+    to_b = Similarity(tx=float(tx), ty=float(ty)) @ picture.to_given
+    return {"bent": _address(picture.grid, PALETTES["b"]), "to_bent": to_b.matrix.ravel().tolist()}
+
+
 def _small(grid: OccupancyGrid, side: int) -> Shrunk:
     if grid.unknown.all():
         return Shrunk(OccupancyGrid(np.zeros((1, 1), np.int8)), Similarity())

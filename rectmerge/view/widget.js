@@ -25,7 +25,8 @@ function loadPictures(pair) {
     image.onerror = reject;
     image.src = address;
   });
-  return Promise.all([load(pair.a), load(pair.b)]).then(([a, b]) => ({ a, b }));
+  return Promise.all([pair.a, pair.b, pair.bent].map((address) => address && load(address)))
+    .then(([a, b, bent]) => ({ a, b, bent }));
 }
 
 // Where the corners of cells x .. x + w - 1, y .. y + h - 1 come to lie.

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from rectmerge.elastic.transform import BentTransform
-from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
-from rectmerge.io.map_file import read_map, write_map
+from rectmerge.grid import map_frame_to_pixels
+from rectmerge.io.map_file import read_map
 from rectmerge.similarity import Similarity
 from tests.rectmerge.cli.answers import YES_FILES, A, B, names, rectmerge
+from tests.rectmerge.elastic.merges import write_bent_maps
 from tests.rectmerge.elastic.test_unbend import bent_case
 
 pytestmark = pytest.mark.usefixtures("small_pictures")
@@ -16,12 +17,7 @@ pytestmark = pytest.mark.usefixtures("small_pictures")
 @pytest.fixture(scope="module")
 def bent(tmp_path_factory):
     """Files of two maps that bend against each other, and the words that place B."""
-    folder = tmp_path_factory.mktemp("bent")
-    a, b, _, _, fit = bent_case(2)
-    write_map(OccupancyGrid(a.occupancy, 0.05, (-3.0, 2.0, 0.4)), folder / "a.yaml")
-    write_map(OccupancyGrid(b.occupancy, 0.04, (1.0, -1.0, 0.0)), folder / "b.yaml")
-    (c, s, tx), (_, _, ty) = fit.matrix[0], fit.matrix[1]
-    return folder / "a.yaml", folder / "b.yaml", f"--pixels={c},{-s},{tx},{ty}"
+    return write_bent_maps(tmp_path_factory.mktemp("bent"))
 
 
 def test_bent_maps_are_merged_through_the_bend(bent, tmp_path, capsys):

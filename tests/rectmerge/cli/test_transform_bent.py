@@ -8,23 +8,17 @@ import numpy as np
 import pytest
 
 from rectmerge.elastic.transform import BentTransform
-from rectmerge.grid import OccupancyGrid
-from rectmerge.io.map_file import read_map, write_map
+from rectmerge.io.map_file import read_map
 from rectmerge.transfer.points import carry_points
 from tests.rectmerge.cli.answers import rectmerge
+from tests.rectmerge.elastic.merges import merge_bent_maps
 from tests.rectmerge.elastic.test_unbend import bent_case
 
 
 @pytest.fixture(scope="module")
 def merged(tmp_path_factory):
     """The folder of a merge of maps that bend."""
-    folder = tmp_path_factory.mktemp("bent")
-    a, b, _, _, fit = bent_case(2)
-    write_map(OccupancyGrid(a.occupancy, 0.05, (-3.0, 2.0, 0.4)), folder / "a.yaml")
-    write_map(OccupancyGrid(b.occupancy, 0.04, (1.0, -1.0, 0.0)), folder / "b.yaml")
-    (c, s, tx), (_, _, ty) = fit.matrix
-    assert rectmerge("merge", folder / "a.yaml", folder / "b.yaml", f"--pixels={c},{-s},{tx},{ty}", "-o", folder) == 0
-    return folder
+    return merge_bent_maps(tmp_path_factory.mktemp("bent"))
 
 
 @pytest.fixture

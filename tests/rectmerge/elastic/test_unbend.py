@@ -100,6 +100,7 @@ def test_the_inverse_holds_within_a_twentieth_of_a_cell_in_any_map_frame(seed, y
 
     assert_allclose(a.map_to_pixel(moved), warp.apply(pixels), atol=1e-5)
     assert np.abs(b.map_to_pixel(bent.inverse().apply(moved)) - pixels).max() < 0.05
+    assert_allclose(bent.between_pixels(a, b).apply(pixels), warp.apply(pixels), atol=1e-5)
     assert_allclose(bent.std(points), resolution)
     step = 1e-3 * resolution * np.eye(2)
     sides = [(bent.apply(points + e) - bent.apply(points - e)) / (2e-3 * resolution) for e in step]
