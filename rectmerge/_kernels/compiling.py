@@ -21,6 +21,10 @@ R = TypeVar("R")
 log = logging.getLogger(__name__)
 
 
+# A kernel is compiled anew for every constant that another passes it, and for every layout and lock of an array. So
+# kernels pass each other np.int64(0) and np.bool_(False), which are no constants to numba, and no slices.
+
+
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function on its first call; keep the result on disk where a cache can be written."""
     try:

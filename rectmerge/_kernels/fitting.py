@@ -146,8 +146,10 @@ def fit_to_fields(
             matrix[:] = 0
             vector[:] = 0
             scale = math.hypot(p[0], p[1])
-            add_field(matrix, vector, p, points_b, distance_a, known_a, reach, 1.0, False)
-            add_field(matrix, vector, inverse(p), points_a, distance_b, known_b, reach / scale, scale * scale, True)
+            add_field(matrix, vector, p, points_b, distance_a, known_a, reach, 1.0, np.bool_(False))
+            add_field(
+                matrix, vector, inverse(p), points_a, distance_b, known_b, reach / scale, scale * scale, np.bool_(True)
+            )
             for k in range(4):
                 matrix[k, k] += 1e-6 * matrix[k, k] + (1.0 if k < 2 else 1e-9)
             p = stepped(p, solve(matrix, vector), 3 * reach, bounds)
@@ -191,8 +193,9 @@ def add_surface(
     reach: float,
     weight: float,
     backward: bool,
+    stride: int,
 ) -> tuple[float, int, int]:
-    """Add the distances of surface points to the lines of the other map's surface that faces in the same direction.
+    """Add the distances of every `stride`-th surface point to the lines of the other map's surface that faces the same.
 
     Returns the weighted sum of squares, the number of matched points, and the number of points inside.
     """
@@ -201,7 +204,7 @@ def add_surface(
     scale = math.hypot(a, b)
     cos, sin = a / scale, b / scale
     squares, matched, inside = 0.0, 0, 0
-    for k in range(len(points)):
+    for k in range(0, len(points), stride):
         x, y = a * points[k, 0] - b * points[k, 1] + tx, b * points[k, 0] + a * points[k, 1] + ty
         if x < 0 or y < 0 or x >= width or y >= height:
             continue
@@ -231,6 +234,7 @@ def set_equations(
     index_b: NDArray[np.int32],
     surface_b: NDArray[np.float64],
     reach: float,
+    stride: int,
 ) -> tuple[float, int, int]:
     """Set the normal equations to those of each map's surface on the other's; return the result of `add_surface`."""
     matrix[:] = 0
@@ -238,8 +242,8 @@ def set_equations(
     scale = math.hypot(placement[0], placement[1])
     near = max(1.5, reach / scale)
     back = inverse(placement)
-    on_a = add_surface(matrix, vector, placement, points_b, index_a, surface_a, reach, 1.0, False)
-    on_b = add_surface(matrix, vector, back, points_a, index_b, surface_b, near, scale * scale, True)
+    on_a = add_surface(matrix, vector, placement, points_b, index_a, surface_a, reach, 1.0, np.bool_(False), stride)
+    on_b = add_surface(matrix, vector, back, points_a, index_b, surface_b, near, scale * scale, np.bool_(True), stride)
     return on_a[0] + on_b[0], on_a[1] + on_b[1], on_a[2] + on_b[2]
 
 
@@ -267,11 +271,9 @@ def fit_to_surfaces(
     matrix, vector = np.zeros((4, 4)), np.zeros(4)
     squares, matched, inside = 0.0, 0, 0
     for step in range(len(reaches)):
-        stride = strides[step]
         squares, matched, inside = set_equations(
-            matrix, vector, p, points_b[::stride], index_a, surface_a, points_a[::stride], index_b, surface_b,
-            reaches[step],
-        )  # fmt: skip
+            matrix, vector, p, points_b, index_a, surface_a, points_a, index_b, surface_b, reaches[step], strides[step]
+        )
         if matched < least_matched * inside:
             break
         damped = matrix.copy()

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.compiling import kernel
 
+DIRECTIONS = np.array([[0, 1], [1, 0], [1, 1], [1, -1]])  # down and right: along the axes, then along the diagonals
 SMOOTHING = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16  # nearly a Gaussian of one cell
 
 
@@ -31,9 +32,10 @@ def thickness_at(mask: NDArray[np.bool_], cells: NDArray[np.intp]) -> NDArray[np
     shortest = np.empty(len(cells))
     for k in range(len(cells)):
         r, c = cells[k]
-        straight = min(run_through(mask, r, c, 0, 1), run_through(mask, r, c, 1, 0))
-        slanted = min(run_through(mask, r, c, 1, 1), run_through(mask, r, c, 1, -1))
-        shortest[k] = min(float(straight), slanted * math.sqrt(2.0))
+        shortest[k] = np.inf
+        for d in range(4):
+            step = 1.0 if d < 2 else math.sqrt(2.0)
+            shortest[k] = min(shortest[k], step * run_through(mask, r, c, DIRECTIONS[d, 0], DIRECTIONS[d, 1]))
     return shortest
 
 

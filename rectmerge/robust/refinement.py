@@ -158,8 +158,8 @@ def fit_surfaces(
     no single similarity is exact there.
     """
     back = invert(placement[None])[0]
-    points_b = b.seen_by(placement, a.index.shape, points, params.looked_at)
-    points_a = a.seen_by(back, b.index.shape, points, params.looked_at)
+    points_b = np.ascontiguousarray(b.seen_by(placement, a.index.shape, points, params.looked_at))
+    points_a = np.ascontiguousarray(a.seen_by(back, b.index.shape, points, params.looked_at))
     start = tuple(placement.tolist())
     fitted, normal, square, matched, inside = fit_to_surfaces(
         start, points_b, a.index, a.cells, points_a, b.index, b.cells, np.array(params.reaches_cells), scale_bounds,
@@ -170,8 +170,9 @@ def fit_surfaces(
     if share < params.min_matched_share:  # the covariance is measured where the placement stays
         exact = placement
         squares, partners, _ = set_equations(
-            normal, np.zeros(4), start, points_b, a.index, a.cells, points_a, b.index, b.cells, params.reaches_cells[-1]
-        )
+            normal, np.zeros(4), start, points_b, a.index, a.cells, points_a, b.index, b.cells,
+            params.reaches_cells[-1], 1,
+        )  # fmt: skip
         square = squares / max(1, partners)
     variance = (square + 1 / 12) * params.correlated_cells  # with a cell's own quantisation
     covariance = np.asarray(np.linalg.inv(normal / variance + np.diag(np.array(params.unsure) ** -2)), np.float64)

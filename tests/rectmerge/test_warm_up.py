@@ -1,4 +1,5 @@
 import os
+import shutil
 import subprocess
 import sys
 
@@ -16,6 +17,8 @@ COMMANDS = (
     "inspect A -o OUT/rectangles.png",
     "check A B --pixels=1.05,0.58,70,20",
     "merge A B -o OUT --method paper --force",
+    "merge A B -o OUT --unbend always --force",
+    "merge A B C -o OUT --force",
 )
 
 
@@ -38,7 +41,14 @@ def test_the_drawn_building_is_one_that_the_methods_accept():
 @pytest.mark.slow  # compiles everything anew, half a minute of processor time
 def test_no_command_compiles_after_a_warm_up(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    names = {"A": drawing.DATA / "building_a.yaml", "B": drawing.DATA / "building_b.yaml", "OUT": tmp_path / "out"}
+    for suffix in (".yaml", ".pgm"):
+        shutil.copy(drawing.DATA / f"building_a{suffix}", tmp_path)
+    names = {
+        "C": tmp_path / "building_a.yaml",
+        "A": drawing.DATA / "building_a.yaml",
+        "B": drawing.DATA / "building_b.yaml",
+        "OUT": tmp_path / "out",
+    }
 
     def run(line):
         words = [str(names.get(word, word)).replace("OUT", str(names["OUT"])) for word in line.split()]

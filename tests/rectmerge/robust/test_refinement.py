@@ -158,7 +158,7 @@ def test_a_fit_that_is_refused_tells_of_the_placement_that_stays():
     squares, partners, _ = set_equations(
         np.zeros((4, 4)), np.zeros(4), tuple(start), points[0], surface_a.index, surface_a.cells,
         points[1], surface_b.index, surface_b.cells,
-        EXACT.reaches_cells[-1],
+        EXACT.reaches_cells[-1], 1,
     )  # fmt: skip
     assert fit.surface_matched < EXACT.min_matched_share
     np.testing.assert_array_equal(fit.placement, start)

@@ -1,4 +1,5 @@
 import json
+import re
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
@@ -132,6 +133,15 @@ def test_a_program_is_put_to_the_pairs_beside_a_method(tmp_path, dataset):
     assert status == 0
     assert outcomes["shift", "p"] == "right-accepted"
     assert len(outcomes) == 4
+
+
+def test_a_run_whose_folder_is_removed_in_the_middle_ends_in_one_line(tmp_path, dataset, capsys):
+    program = tmp_path / "remove.py"
+    program.write_text(f"import shutil; shutil.rmtree({str(tmp_path / 'run')!r}, True); print('rejected')")
+    command = f"{sys.executable} {program} {{a}} {{b}}"
+
+    assert rectbench("run", dataset, "--method-command", command, "-o", tmp_path / "run", "-q") == console.BAD_INPUT
+    assert re.fullmatch(r"rectbench: [^\n]*run[^\n]* cannot be read: [^\n]*\n", capsys.readouterr().err)
 
 
 def test_a_run_of_errors_alone_ends_with_no_and_the_first_reason(tmp_path, dataset, capsys):

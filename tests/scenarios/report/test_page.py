@@ -1,5 +1,6 @@
 import json
 import re
+import shutil
 
 import pytest
 
@@ -58,6 +59,27 @@ def test_a_tie_of_all_methods_is_said(report_run, labels, tied):
 
     assert tied in said
     assert bool(said) == bool(tied)
+
+
+BROKEN = {
+    "no run.toml": ("run.toml", None, "run.toml: cannot be read"),
+    "a broken run.toml": ("run.toml", "seed = [", "run.toml: cannot be read"),
+    "no machine.json": ("machine.json", None, "machine.json: cannot be read"),
+    "a machine.json of something else": ("machine.json", "{}", "machine.json: is not that of a run: there is no"),
+    "a machine.json of text": ("machine.json", '"x"', "machine.json: cannot be read"),
+    "a row without an id": ("results.jsonl", '{"suite": "s"}\n', "results.jsonl:1: not a row of a run: pair_id"),
+}
+
+
+@pytest.mark.parametrize(("name", "content", "message"), BROKEN.values(), ids=BROKEN)
+def test_a_run_that_is_broken_is_refused_with_its_file(report_run, tmp_path, name, content, message):
+    run = shutil.copytree(report_run, tmp_path / "run")
+    (run / name).unlink()
+    if content is not None:
+        (run / name).write_text(content)
+
+    with pytest.raises(InputError, match=re.escape(message)):
+        Runs.read([run])
 
 
 def test_a_run_without_its_maps_has_no_gallery(tmp_path):
