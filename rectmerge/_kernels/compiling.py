@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+import numpy as np
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
@@ -21,8 +22,10 @@ R = TypeVar("R")
 log = logging.getLogger(__name__)
 
 
-# A kernel is compiled anew for every constant that another passes it, and for every layout and lock of an array. So
-# kernels pass each other np.int64(0) and np.bool_(False), which are no constants to numba, and no slices.
+# A kernel is compiled anew for every constant that another passes it, and for every layout of an array. So kernels pass
+# each other these, whose types of numpy are no constants to numba, and no slices.
+ZERO = cast(int, np.int64(0))
+NO, YES = cast(bool, np.bool_(False)), cast(bool, np.bool_(True))
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:

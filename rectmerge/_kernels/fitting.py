@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.compiling import kernel
+from rectmerge._kernels.compiling import NO, YES, kernel
 
 MAX_STEP = 0.1  # radians, and log scale, in one Gauss-Newton step; by hand, no data
 MIN_FACING_COS = 0.7  # of the angle between the normals of partners; by hand, no data
@@ -146,10 +146,8 @@ def fit_to_fields(
             matrix[:] = 0
             vector[:] = 0
             scale = math.hypot(p[0], p[1])
-            add_field(matrix, vector, p, points_b, distance_a, known_a, reach, 1.0, np.bool_(False))
-            add_field(
-                matrix, vector, inverse(p), points_a, distance_b, known_b, reach / scale, scale * scale, np.bool_(True)
-            )
+            add_field(matrix, vector, p, points_b, distance_a, known_a, reach, 1.0, NO)
+            add_field(matrix, vector, inverse(p), points_a, distance_b, known_b, reach / scale, scale * scale, YES)
             for k in range(4):
                 matrix[k, k] += 1e-6 * matrix[k, k] + (1.0 if k < 2 else 1e-9)
             p = stepped(p, solve(matrix, vector), 3 * reach, bounds)
@@ -242,8 +240,8 @@ def set_equations(
     scale = math.hypot(placement[0], placement[1])
     near = max(1.5, reach / scale)
     back = inverse(placement)
-    on_a = add_surface(matrix, vector, placement, points_b, index_a, surface_a, reach, 1.0, np.bool_(False), stride)
-    on_b = add_surface(matrix, vector, back, points_a, index_b, surface_b, near, scale * scale, np.bool_(True), stride)
+    on_a = add_surface(matrix, vector, placement, points_b, index_a, surface_a, reach, 1.0, NO, stride)
+    on_b = add_surface(matrix, vector, back, points_a, index_b, surface_b, near, scale * scale, YES, stride)
     return on_a[0] + on_b[0], on_a[1] + on_b[1], on_a[2] + on_b[2]
 
 

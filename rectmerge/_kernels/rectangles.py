@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.compiling import kernel
+from rectmerge._kernels.compiling import ZERO, kernel
 from rectmerge._kernels.runs import best_in_interval, interval_end
 
 
@@ -16,7 +16,7 @@ def largest(runs: NDArray[np.uint16]) -> tuple[int, int, int, int]:
     stack = np.empty((height + 1, 2), np.int32)
     best_area, best_x, best_top, best_bottom = 0, 0, 0, 1  # Alg. 1, lines 4-6
     for x in range(width):  # Alg. 1, line 7
-        y = np.int64(0)
+        y = ZERO
         while y < height:
             stop, longest, may_begin_here = interval_end(runs, x, y, height)
             if may_begin_here and longest * (stop - y) > best_area:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.compiling import kernel
+from rectmerge._kernels.compiling import ZERO, kernel
 from rectmerge._kernels.runs import best_in_interval, interval_end
 
 SMALL_AREA = 7  # below this area, sweeping the few cells that are left beats the heap
@@ -37,7 +37,7 @@ def drop_first(heap: NDArray[np.int64], size: int) -> None:
     """Remove the first entry of a heap that holds `size`."""
     last = size - 1
     key = heap[last, 0]
-    i, child = np.int64(0), 1
+    i, child = ZERO, 1
     while child < last:
         if child + 1 < last and heap[child + 1, 0] < heap[child, 0]:
             child += 1
@@ -167,13 +167,13 @@ def carve_large(runs: NDArray[np.uint16], labels: NDArray[np.int32], least_area:
     survey the column right of the carved rectangle, where such rectangles may begin.
     """
     width, height = runs.shape
-    boxes, count = np.empty((256, 4), np.int32), np.int64(0)
+    boxes, count = np.empty((256, 4), np.int32), ZERO
     stack = np.empty((height + 1, 2), np.int32)
     newest = np.zeros((width, height), np.int32)  # the latest entry whose interval begins at a cell
     heap = np.empty((1024, 3), np.int64)  # area, x and bottom; begin, end and top; the entry's number
     counts = np.array([0, 1])  # entries in the heap, entries ever made
     for x in range(width):
-        heap = survey(runs, newest, x, (np.int64(0), height), np.int64(0), least_area, counts, heap, stack)
+        heap = survey(runs, newest, x, (ZERO, height), ZERO, least_area, counts, heap, stack)
     while counts[0] > 0 and count < most:  # Alg. 2, line 3
         key, rows, entry = heap[0, 0], heap[0, 1], heap[0, 2]
         area, x, bottom = -(key >> 32), (key >> 16) & 0xFFFF, key & 0xFFFF
@@ -212,7 +212,7 @@ def carve_small(
     for area in range(largest, least_area - 1, -1):
         kept = 0
         for i in range(left):
-            x, y = np.int64(cells[i] >> 16), np.int64(cells[i] & 0xFFFF)
+            x, y = np.int64(cells[i] >> 16), np.int64(cells[i] & 0xFFFF)  # type: ignore[assignment] # not int: unsigned to numba
             for h in range(area, 0, -1):
                 if runs[x, y] * h < area or area % h > 0 or h > y + 1:
                     continue
