@@ -38,11 +38,14 @@ def transform(
         Path | None,
         typer.Option(metavar="FILE", help="Points of map B, to be carried to map A: CSV, GeoJSON or nav2's YAML."),
     ] = None,
+    trajectory: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Trajectory of map B, TUM's form, to be carried to map A.")
+    ] = None,
     at: Annotated[
         str | None, typer.Option(metavar="X,Y", help="A point of map B, at which the transform is to be right.")
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="File for the carried points.")
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="File for the carried points or trajectory.")
     ] = None,
 ) -> None:
     """Print the transform from map B to map A as other programs take it: a line for TF, a matrix, or a pose x y yaw.
@@ -51,9 +54,9 @@ def transform(
     defaults. TF carries no scale: where map B has one, the transform is fitted again without scale, and its error goes
     to stderr. With --points the points of a file are carried from B's map frame to A's instead, with the scale: columns
     x and y, and headings in columns, or properties of a Point, named yaw, theta or heading (radians), yaw_deg,
-    theta_deg or heading_deg, or qz and qw. A map without resolution is in cells: a note on stderr names it, and there
-    is no line for TF, which is in metres. Where the merge accepted nothing and no candidate is given, the status is
-    that of the merge, 1 or 3.
+    theta_deg or heading_deg, or qz and qw; with --trajectory the poses of a trajectory. A map without resolution is in
+    cells: a note on stderr names it, and there is no line for TF, which is in metres. Where the merge accepted nothing
+    and no candidate is given, the status is that of the merge, 1 or 3.
 
     Where the merge has bent map B, points are carried by the bend, and headings by the turn at their place; a CSV gets
     a column bend_std, their standard deviation, empty where the bend was not fitted. No one transform fits then: --at
@@ -67,18 +70,21 @@ def transform(
     from rectmerge.results.saved_alignment import SavedAlignment
     from rectmerge.results.saved_bend import read_bend
     from rectmerge.transfer.points import carry_points
+    from rectmerge.transfer.trajectory import carry_trajectory
     from rectmerge.transfer.transform import FORMS as KNOWN
 
     known = {name: name for name in KNOWN}
     if form not in known:
         raise InputError(f"--as: {form!r} is not one of {FORMS}")
-    if output is not None and points is None:
-        raise InputError("-o names the file for carried points; give them with --points")
-    if at is not None and points is not None:
-        raise InputError("--at and --points exclude each other")
+    carried = points or trajectory
+    if output is not None and carried is None:
+        raise InputError("-o names the file for carried points; give them with --points or --trajectory")
+    given = {"--at": at, "--points": points, "--trajectory": trajectory}
+    if len(exclusive := [name for name, value in given.items() if value is not None]) > 1:
+        raise InputError(f"{' and '.join(exclusive)} exclude each other")
     place = None if at is None else parse_point(at)
     if (fleet := FleetFile.find(folder)) is not None:
-        _print_fleet(FleetFile.read(fleet), known[form], parent, (candidate, child, points, at))
+        _print_fleet(FleetFile.read(fleet), known[form], parent, (candidate, child, points, trajectory, at))
         return
     file = AlignmentFile.read(folder)
     alignment = SavedAlignment.from_file(file)
@@ -90,15 +96,16 @@ def transform(
     bend = read_bend(file) if candidate in (None, 1) else None
     if place is not None:
         placement = placement.at(place, bend)
-    if points is not None:
-        _refuse(output, points, file)
-        text = carry_points(_text(points), points.name, placement.b_to_a if bend is None else bend)
+    if carried is not None:
+        _refuse(output, carried, file)
+        carry = carry_points if trajectory is None else carry_trajectory
+        text = carry(_text(carried), carried.name, placement.b_to_a if bend is None else bend)
     else:
         frame_a, frame_b = alignment.frame_names(parent, child)
         text = placement.format(known[form], parent=frame_a, child=frame_b) + "\n"
-    for note in _notes(placement, has_scale=points is not None or form == "matrix"):
+    for note in _notes(placement, has_scale=carried is not None or form == "matrix"):
         console.note(f"rectmerge: {note}")
-    if bend is not None and points is None and place is None:
+    if bend is not None and carried is None and place is None:
         moved = file.record["unbent"]["largest_move"] * bend.cell_size
         console.note(
             f"rectmerge: map B was bent by up to {moved:.3g} {bend.unit}, which one transform cannot carry; "

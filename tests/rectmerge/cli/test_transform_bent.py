@@ -54,6 +54,15 @@ def test_a_point_outside_the_bend_has_no_standard_deviation_and_is_told(merged, 
     assert "1 points lie outside the bend" in shown.err
 
 
+def test_a_trajectory_is_carried_by_the_bend_into_a_file(merged, bend, tmp_path):
+    (tmp_path / "b.tum").write_text("0.5 12 9 0 0 0 0 1\n")
+
+    assert rectmerge("transform", merged, "--trajectory", tmp_path / "b.tum", "-o", tmp_path / "a.tum") == 0
+
+    row = list(map(float, (tmp_path / "a.tum").read_text().split()))
+    assert row[1:3] == pytest.approx(bend.apply([12.0, 9.0]).tolist(), abs=1e-5)
+
+
 def test_at_a_point_the_transform_is_that_of_the_bend(merged, bend, capsys):
     assert rectmerge("transform", merged, "--as", "pose", "--at", "12,9") == 0
 
@@ -77,6 +86,7 @@ def test_without_a_point_the_bend_is_noted(merged, capsys):
         (["--at", "1"], "'1' is not x,y: a point of map B"),
         (["--at", "1,nan"], "'1,nan' is not x,y"),
         (["--at", "1,2", "--points", "p.csv"], "--at and --points exclude each other"),
+        (["--points", "p.csv", "--trajectory", "t.tum"], "--points and --trajectory exclude each other"),
     ],
 )
 def test_bad_use_is_one_line(merged, capsys, words, message):
