@@ -143,7 +143,7 @@ def merge_many(
     record = to_json_dict(graph, maps, entries, merged, settings)
     files["fleet.json"] = (to_json(record) + "\n").encode()
     written = folder.replace(files)
-    typer.echo(to_json(record) if json else describe(graph, written, merged=merged))
+    console.tell(to_json(record) if json else describe(graph, written, merged=merged))
     raise typer.Exit(console.STATUS[answer_of(graph)])
 
 

@@ -136,7 +136,7 @@ def _print_fleet(file: FleetFile, form: Form, parent: str | None, refused: tuple
             raise InputError(f"{scale}, so a resolution is wrong: correct it and merge again, or --as matrix keeps it")
         text = placement.transform.format(form, parent=a, child=b)
         heads = {"matrix": f"# {b} in {a}\n", "pose": f"{b} "}
-        typer.echo(heads.get(form, "") + text)
+        console.tell(heads.get(form, "") + text)
         misfit = 0.0 if form == "matrix" else placement.transform.misfit
         if misfit >= MIN_MISFIT:
             scale = f"{placement.name} fits at a scale of {placement.transform.b_to_a.scale:.5f}, which TF cannot carry"

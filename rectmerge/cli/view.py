@@ -32,8 +32,10 @@ def view(
 
     The page is one file that needs no network. It shows a placement by hand as options to paste into a command. The
     path of the page goes to stdout. The status is 0 whatever the verdict.
+
+    Of a merge of more than two maps it shows each component with its maps to fade, the graph of pairs, and all reasons.
     """
-    from rectmerge.io.atomic_file import replace_file
+    from rectmerge.fleet.record import FleetFile
     from rectmerge.results.alignment_json import AlignmentFile
     from rectmerge.results.inputs import saved_inputs
     from rectmerge.results.saved_bend import read_bend
@@ -42,6 +44,11 @@ def view(
 
     if output is not None and output.suffix.lower() not in SUFFIXES:
         raise InputError(f"{output}: the page is HTML; give it a name that ends in .html")
+    if (fleet := FleetFile.find(folder)) is not None:
+        if a is not None or b is not None:
+            raise InputError(f"{folder}: holds more than two maps; --a and --b are for the merge of two")
+        _show(_fleet_html(fleet), output or fleet.parent / PAGE, is_opened=open_page)
+        return
     file = AlignmentFile.read(folder)
     page = output or file.folder / PAGE
     alignment = ShownAlignment.from_file(file)
@@ -49,10 +56,33 @@ def view(
     grid_a, grid_b = (map_input.read() for map_input in inputs)
     if not alignment.fits(grid_a, grid_b):
         console.note(f"rectmerge: {folder}: these are not the maps of the merge, or they have changed; merge again")
-    replace_file(page, html(alignment, inputs, grid_a, grid_b, bend=read_bend(file)).encode())
-    typer.echo(page)
-    if open_page and _has_display():
-        _open(page)
+    _show(html(alignment, inputs, grid_a, grid_b, bend=read_bend(file)), page, is_opened=open_page)
+
+
+def _fleet_html(path: Path) -> str:
+    """Return the page of a merge of more than two maps."""
+    from rectmerge.fleet.map_sample import digest
+    from rectmerge.fleet.record import FleetFile, read_inputs
+    from rectmerge.fleet.saved_graph import read_graph
+    from rectmerge.view.fleet_page import html
+
+    file = FleetFile.read(path)
+    graph, maps = read_graph(file, {}), read_inputs(file)
+    if any(name not in maps for name in graph.names):
+        raise InputError(f"{path}: does not say where the maps lie; merge again")
+    if changed := [name for name, told in graph.digests.items() if digest(maps[name]) != told]:
+        console.note(f"rectmerge: {path}: {', '.join(changed)} changed since the merge; merge again")
+    return html(graph, maps)
+
+
+def _show(page: str, path: Path, *, is_opened: bool) -> None:
+    """Write a page, print its path, and open it where there is a display."""
+    from rectmerge.io.atomic_file import replace_file
+
+    replace_file(path, page.encode())
+    console.tell(str(path))
+    if is_opened and _has_display():
+        _open(path)
 
 
 def _has_display() -> bool:

@@ -134,7 +134,8 @@ def _ask_and_join(
 ) -> Joining:
     """Ask the likely partners of each map, join, and ask more partners of the maps that are left alone."""
     cosine = similarities([signature(grid, params.partner) for grid in grids], params.partner)
-    questions.ask([pair for pair in partners(cosine, params.partner.partners) if not before.knows(pair)])
+    likely = sorted(partners(cosine, params.partner.partners), key=lambda pair: -cosine[pair])
+    questions.ask([pair for pair in likely if not before.knows(pair)])
     while True:
         joining = Joining(evidence, questions.ask, params)
         joining.run()

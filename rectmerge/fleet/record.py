@@ -16,7 +16,9 @@ from rectmerge.analysis.shared_area import SAMPLED_CELLS, SharedArea
 from rectmerge.errors import InputError
 from rectmerge.fleet.graph import AlignmentGraph
 from rectmerge.grid import OccupancyGrid
+from rectmerge.io.atomic_file import resolve_links
 from rectmerge.results.alignment_json import FLEET_NAME
+from rectmerge.results.inputs import saved_input
 from rectmerge.similarity import Similarity
 from rectmerge.transfer.transform import Transform
 
@@ -143,6 +145,22 @@ class FleetFile:
         except (ValueError, TypeError, AttributeError, IndexError, RecursionError) as error:
             raise InputError(f"{path}: not an answer of rectmerge merge: {error}; merge again") from None
         return cls(path, placements, left_out, record)
+
+
+def read_inputs(file: FleetFile) -> dict[str, OccupancyGrid]:
+    """Read the maps of a merge by name.
+
+    Raises
+    ------
+    InputError
+        If the record does not name them, or one cannot be read.
+    """
+    folder = resolve_links(file.path).parent
+    try:
+        inputs = {str(name): saved_input(entry, folder) for name, entry in file.record["inputs"].items()}
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise InputError(f"{file.path}: does not say where the maps lie; merge again") from None
+    return {name: map_input.read() for name, map_input in inputs.items()}
 
 
 def _placement(record: Mapping[str, Any], name: str, reference: str) -> SavedPlacement:

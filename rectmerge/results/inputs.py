@@ -127,17 +127,27 @@ def saved_inputs(file: AlignmentFile, *, a: Path | None = None, b: Path | None =
     return _input(file, "a", a), _input(file, "b", b)
 
 
+def saved_input(entry: Mapping[str, Any], folder: Path) -> Input:
+    """Return the input map that an entry of a record in a folder names.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If the entry is not whole.
+    """
+    return Input(
+        given=str(entry["given"]),
+        path=Path(os.path.normpath(folder / str(entry["path"]))),
+        greys={grey: None if entry[grey] is None else int(entry[grey]) for grey in GREYS},
+        dialect=entry["dialect"] if entry["dialect"] in DIALECTS else None,
+        strict=bool(entry["strict_thresholds"]),
+        resolution=None if entry["resolution"] is None else float(entry["resolution"]),
+    )
+
+
 def _input(file: AlignmentFile, name: str, instead: Path | None) -> Input:
     try:
-        entry = file.record["inputs"][name]
-        map_input = Input(
-            given=str(entry["given"]),
-            path=Path(os.path.normpath(resolve_links(file.path).parent / str(entry["path"]))),
-            greys={grey: None if entry[grey] is None else int(entry[grey]) for grey in GREYS},
-            dialect=entry["dialect"] if entry["dialect"] in DIALECTS else None,
-            strict=bool(entry["strict_thresholds"]),
-            resolution=None if entry["resolution"] is None else float(entry["resolution"]),
-        )
+        map_input = saved_input(file.record["inputs"][name], resolve_links(file.path).parent)
     except (KeyError, TypeError, ValueError):
         if instead is None:
             raise InputError(f"{file.path}: does not say where map {name.upper()} lies; {REMEDY}") from None

@@ -53,6 +53,28 @@ def draw_straightened(b: OccupancyGrid, straight: OccupancyGrid, side: int) -> d
     return {"bent": _address(picture.grid, PALETTES["b"]), "to_bent": to_b.matrix.ravel().tolist()}
 
 
+def draw_one(grid: OccupancyGrid, side: int, colours: Sequence[str]) -> tuple[str, tuple[int, int], Similarity]:
+    """Return a map as a picture.
+
+    Parameters
+    ----------
+    grid
+        The map.
+    side
+        Longest side of the picture, pixels.
+    colours
+        Of free space and of walls, as "#RRGGBB"; unknown cells are clear.
+
+    Returns
+    -------
+    tuple
+        The picture as a data address, its (width, height), and the similarity from its pixels to the map's.
+    """
+    picture = _small(grid, side)
+    height, width = picture.grid.shape
+    return _address(picture.grid, colours), (width, height), picture.to_given
+
+
 def _small(grid: OccupancyGrid, side: int) -> Shrunk:
     if grid.unknown.all():
         return Shrunk(OccupancyGrid(np.zeros((1, 1), np.int8)), Similarity())

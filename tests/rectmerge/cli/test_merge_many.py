@@ -313,8 +313,31 @@ def test_transform_names_what_is_wrong_with_a_file(merged, tmp_path, capsys, cha
     assert message in capsys.readouterr().err
 
 
-def test_commands_for_two_maps_say_so_where_there_are_more(merged, capsys):
+def test_commands_for_two_maps_say_so_where_there_are_more(merged, tmp_path, capsys):
     assert rectmerge("transform", merged, "--candidate", "1") == console.BAD_INPUT
     assert "holds more than two maps" in capsys.readouterr().err
-    assert rectmerge("view", merged, "--no-open") == console.BAD_INPUT
+    assert rectmerge("view", merged, "--no-open", "--a", MAPS[0]) == console.BAD_INPUT
+    assert "--a and --b are for the merge of two" in capsys.readouterr().err
+    assert rectmerge("merge", *MAPS[:2], "--from", merged, "-o", tmp_path / "out") == console.BAD_INPUT
     assert "holds more than two maps, but this is for the merge of two" in capsys.readouterr().err
+
+
+def test_view_writes_the_page_of_the_graph(merged, tmp_path, capsys):
+    page = tmp_path / "page.html"
+
+    assert rectmerge("view", merged, "--no-open", "-o", page) == console.YES
+
+    assert capsys.readouterr().out.strip() == str(page)
+    assert "all 3 maps are in one" in page.read_text()
+
+
+def test_view_names_a_map_that_has_changed_since(saved, tmp_path, capsys):
+    made = fleet(1, home=3, other=0)
+    files = saved(made)
+    assert rectmerge("merge", *files.values(), "-o", tmp_path / "out") == console.YES
+    write_map(OccupancyGrid(made.maps["home1"].occupancy[::-1]), files["home1"])
+
+    assert rectmerge("view", tmp_path / "out", "--no-open") == console.YES
+    assert "home1 changed since the merge" in capsys.readouterr().err
+    files["home1"].unlink()
+    assert rectmerge("view", tmp_path / "out", "--no-open") == console.BAD_INPUT
