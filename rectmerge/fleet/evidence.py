@@ -182,7 +182,9 @@ def log_odds(alignment: Alignment, params: EvidenceParams) -> tuple[list[float],
     plausible = [candidate.evidence.get("plausibility", -math.inf) for candidate in alignment.candidates]
     if not alignment and sum(nats > params.repeated_log_odds for nats in plausible) >= 2:
         return _repeated(alignment.candidates, params), False
-    return [_alone(candidate, params) for candidate in alignment.candidates], True
+    odds = [_alone(candidate, params) for candidate in alignment.candidates]
+    excess = max(0.0, max(odds, default=0.0) - params.max_log_odds)  # the best is capped, and keeps its lead
+    return [max(nats - excess, params.min_log_odds) for nats in odds], True
 
 
 def _alone(candidate: Candidate, params: EvidenceParams) -> float:
@@ -195,7 +197,7 @@ def _alone(candidate: Candidate, params: EvidenceParams) -> float:
         odds = math.log(share / (1 - share))
     if evidence.get("is_at_limit") or evidence.get("slack_cells", 0.0) > params.max_slack_cells:
         odds = min(odds, 0.0)
-    return min(max(odds, params.min_log_odds), params.max_log_odds)
+    return odds
 
 
 def _repeated(candidates: Sequence[Candidate], params: EvidenceParams) -> list[float]:

@@ -33,7 +33,7 @@ class PartnerParams(Group):
 class EvidenceParams(Group):
     """Log-odds of a pair's candidates, and agreement with a joint placement."""
 
-    max_log_odds: float = param(6.0, "nats", TRIED)  # that one pair may claim: beyond, no judge is calibrated
+    max_log_odds: float = param(6.0, "nats", TRIED)  # of a pair's best candidate: beyond, no judge is calibrated
     min_log_odds: float = param(-30.0, "nats", "stands for none", least=-math.inf)
     bonus: float = param(3.0, "nats", TRIED)  # of the second agreement: by chance it is rare
     bonus_overlaps: tuple[float, ...] = param(

@@ -158,6 +158,15 @@ def test_pairs_of_which_none_is_sure_join_where_all_together_are():
     assert min(placement.confidence for placement in graph.placements.values()) > 0.8
 
 
+def test_copies_of_a_map_with_a_plausible_alias_belong_together():
+    graph = align_many([drawing.building()] * 3)
+
+    assert graph
+    for placement in graph.placements.values():
+        assert placement.pixels.matrix == pytest.approx(Similarity().matrix, abs=0.05)
+        assert placement.confidence > 0.95
+
+
 def test_a_sure_but_wrong_pair_joins_no_map_of_another_building():
     for seed in range(5):
         made = fleet(seed, home=5, other=1, side=160)
