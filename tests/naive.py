@@ -290,3 +290,38 @@ def dissimilarity(at, cells, maps, middle, lock) -> float:
                 agreement = is_seen * (1 if same == 0 else -1 if other == 0 else 0)
                 total += (unit * (same + beyond) - lock * agreement) / len(points[value])
     return float(total)
+
+
+def count_faces(placements, points, is_long, state, to_wall, to_unknown, reaches):
+    """Count the faces that a map judges and contradicts, by sets of cells, shape (N, 4)."""
+    counts = []
+    for placement in placements:
+        hidden, floor, beside = (reach * max(1.0, math.hypot(*placement[:2])) for reach in reaches)
+        at, kept = _cells_within(placement, points, state.shape)
+        wall, unknown = to_wall[at], to_unknown[at]
+        judged = (state[at] != 0) | (wall <= hidden)
+        free = judged & (state[at] == 1)
+        solid = free & (wall > floor) & (unknown > floor)
+        apart = free & is_long[kept] & (wall > beside) & (unknown > beside)
+        counts.append([judged.sum(), solid.sum(), (judged & is_long[kept]).sum(), apart.sum()])
+    return np.array(counts)
+
+
+def count_corners(placements, points, kinds, to_corner, to_unknown, reaches):
+    """Count the corners that a map must show and does not, by sets of cells, shape (N, 3)."""
+    counts = []
+    for placement in placements:
+        hidden, near, denied = (reach * max(1.0, math.hypot(*placement[:2])) for reach in reaches)
+        at, kept = _cells_within(placement, points, to_unknown.shape)
+        own, other = to_corner[(kinds[kept], *at)], to_corner[(1 - kinds[kept], *at)]
+        shown = (to_unknown[at] > hidden) | (own <= near) | (other <= near)
+        missed = shown & (own > near) & (other > denied)
+        counts.append([shown.sum(), missed.sum(), (missed & (to_unknown[at] > denied)).sum()])
+    return np.array(counts)
+
+
+def _cells_within(placement, points, shape):
+    """Return the (rows, columns) of the cells on which points fall, and which of the points fall on any."""
+    u, v = np.floor(move(placement, points) + 0.5).astype(int).T
+    kept = np.flatnonzero((u >= 0) & (v >= 0) & (u < shape[1]) & (v < shape[0]))
+    return (v[kept], u[kept]), kept

@@ -1,8 +1,8 @@
 """Plausibility of a placement from the agreement of the walls: a logistic model of rigid maps, and one of bent maps.
 
-The weights of rigid maps were fitted by `rectbench calibrate` to simulated pairs, those of the split train of the
-suites `trust` (its seed 7000) and `standard`. Those of bent maps were fitted to hand-held maps of a few real places,
-then changed by hand; the model of bent maps counts for less where rigid maps explain the pair.
+The weights of both are what `rectbench calibrate` prints for the split train of the suites `trust` and `standard` and
+for real maps; results/trust says what they are worth on places that took no part in the fit. The model of bent maps
+counts for less where rigid maps explain the pair.
 """
 
 from __future__ import annotations
@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 from rectmerge.robust.params import ConfidenceParams
 from rectmerge.robust.wall_agreement import Agreements
 
-RIGID_TERMS = ("one", "matched", "clutter_matched", "clutter_off", "log_clutter_matched", "violations", "log_overlap")
+CONTRADICTIONS = ("on_floor", "beside", "corners_missed", "corners_denied")
+RIGID_TERMS = (
+    "one", "matched", "clutter_matched", "clutter_off", "log_clutter_matched", "violations", "log_overlap",
+    *CONTRADICTIONS,
+)  # fmt: skip
+BENT_TERMS = ("one", "sqrt_iou", "log_support", "violations", "contradicted", "log_overlap")
 
 
 def rigid_terms(agreements: Agreements, params: ConfidenceParams) -> NDArray[np.float64]:
@@ -27,6 +32,30 @@ def rigid_terms(agreements: Agreements, params: ConfidenceParams) -> NDArray[np.
         1.0 - agreements.clutter_matched - agreements.clutter_contradicted,
         np.log(agreements.clutter * agreements.clutter_matched + params.min_matched_faces),
         agreements.violations,
+        np.log(agreements.overlap + params.min_overlap),
+        *(getattr(agreements, name) for name in CONTRADICTIONS),
+    )
+    return np.stack(columns, axis=1)
+
+
+def bent_terms(agreements: Agreements, support: NDArray[np.float64], params: ConfidenceParams) -> NDArray[np.float64]:
+    """Return the terms of N placements in the model of bent maps, shape (N, len(BENT_TERMS)).
+
+    Parameters
+    ----------
+    agreements
+        Of N placements.
+    support
+        Shape (N,): damped log-likelihood ratio per wall point of the map that has fewer.
+    params
+        Parameters of the model.
+    """
+    columns = (
+        np.ones_like(support),
+        np.sqrt(agreements.iou),
+        np.log(np.clip(support, 0.0, params.max_support) + params.min_support),
+        agreements.violations,
+        agreements.contradicted,
         np.log(agreements.overlap + params.min_overlap),
     )
     return np.stack(columns, axis=1)
@@ -41,27 +70,10 @@ def rigid_odds(agreements: Agreements, params: ConfidenceParams) -> NDArray[np.f
 
 
 def bent_odds(agreements: Agreements, support: NDArray[np.float64], params: ConfidenceParams) -> NDArray[np.float64]:
-    """Return the same log-odds if the maps are bent.
-
-    Parameters
-    ----------
-    agreements
-        Of N placements.
-    support
-        Shape (N,): damped log-likelihood ratio per wall point of the map that has fewer.
-    params
-        Parameters of the model.
-    """
+    """Return the same log-odds if the maps are bent."""
     if not params.use_bent:
         return np.full(len(support), params.absent_log_odds)
-    columns = (
-        np.ones_like(support),
-        np.sqrt(agreements.iou),
-        np.sqrt(np.clip(support, 0.0, params.max_support)),
-        agreements.violations,
-        np.maximum(0.0, agreements.violations - params.many_violations),
-    )
-    odds: NDArray[np.float64] = np.stack(columns, axis=1) @ np.array(params.bent)
+    odds: NDArray[np.float64] = bent_terms(agreements, support, params) @ np.array(params.bent)
     return odds
 
 

@@ -10,11 +10,12 @@ from rectmerge.alignment import Candidate
 from rectmerge.analysis.overlap import Agreement, AgreementMeter
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust import wall_agreement
-from rectmerge.robust.params import ExactParams, Params
+from rectmerge.robust.params import ExactParams
 from rectmerge.robust.prepared_map import PreparedMap
 from rectmerge.robust.ranking import Ranking
 from rectmerge.robust.refinement import Fit, Surface, fit_surfaces, to_pixels
 from rectmerge.robust.verdict import Evidence, log_odds_of_rest
+from rectmerge.robust.working_pair import WorkingPair
 from rectmerge.similarity import Similarity
 
 
@@ -45,9 +46,10 @@ class Answer:
 
 
 def make_exact(
-    ranking: Ranking, fixed: PreparedMap, moving: PreparedMap, scale: tuple[float, float], params: Params
+    pair: WorkingPair, ranking: Ranking, fixed: PreparedMap, moving: PreparedMap, scale: tuple[float, float]
 ) -> Sequence[Answer]:
     """Refine the best placements on the maps' own cells, and gather the evidence for each."""
+    params = pair.params
     surfaces = Surface.from_cells(fixed.cells), Surface.from_cells(moving.cells)
     meter = AgreementMeter(fixed.grid, moving.grid)
     rest, bounds = log_odds_of_rest(ranking.plausibility), params.exact.widened(scale)
@@ -62,6 +64,7 @@ def make_exact(
             rest_log_odds=float(rest[i]),
             rigid=float(ranking.rigid[i]),
             bent=float(ranking.bent[i]),
+            handicap=pair.handicap,
             likelihood=float(ranking.likelihood[i]),
             support=float(ranking.support[i]),
             agreement=wall_agreement.at(ranking.agreement, i),

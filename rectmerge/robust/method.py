@@ -57,7 +57,7 @@ class Robust(Params):
     ) -> Alignment:
         """Place B on A as `align` does, with a hint about the placement."""
         # prepare both maps
-        maps = PreparedMap.from_grid(a, self.prepare), PreparedMap.from_grid(b, self.prepare)
+        maps = PreparedMap.from_grid(a, self), PreparedMap.from_grid(b, self)
         if missing := self._missing_walls(maps):
             return self._rejected(missing, maps)
         # the richer map stays and the other moves, so that the answer for (b, a) is the inverse of that for (a, b)
@@ -71,7 +71,7 @@ class Robust(Params):
         if len(ranking) == 0:
             return self._rejected("no placement of one map on the other at a scale within bounds", maps)
         # make the placements exact
-        answers, is_mirrored = make_exact(ranking, fixed, moving, bounds, self), False
+        answers, is_mirrored = make_exact(pair, ranking, fixed, moving, bounds), False
         if not answers[0].evidence.is_sure:
             answers, is_mirrored = self._challenge_by_mirror(answers, result, fixed, moving, bounds, rng)
         # decide
@@ -126,11 +126,11 @@ class Robust(Params):
         return [answer.beside_mirror(log_odds) for answer in answers], mirror.convinces and is_better
 
     def _decide(self, best: Answer, is_mirrored: bool, maps: tuple[PreparedMap, PreparedMap]) -> tuple[Verdict, str]:
+        if is_mirrored:
+            return "rejected", "the maps fit when one is mirrored: is one image flipped?"
         verdict = judge(best.evidence)
         if verdict == "accepted":
             return verdict, reasons.accepted(best.evidence, best.agreement, self.reason)
-        if is_mirrored:
-            return "rejected", "the maps fit when one is mirrored: is one image flipped?"
         facts = {name: map_.facts for name, map_ in zip("AB", maps, strict=True)}
         return verdict, reasons.not_accepted(verdict, best.evidence, best.agreement, facts, self.reason)
 

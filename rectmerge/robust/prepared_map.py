@@ -4,33 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from rectmerge.analysis.quality import MapQuality, measure_quality
 from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.grid import OccupancyGrid
+from rectmerge.robust.detailed_map import DetailedMap
 from rectmerge.robust.features import Features, Frame, dominant_angles, extract_features, rectangles_in_frame
-from rectmerge.robust.params import PrepareParams
+from rectmerge.robust.params import Params
 from rectmerge.robust.reasons import MapFacts
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class PreparedMap:
     """Map with the directions in which its walls pile up, and the rectangles in the frames of the strong ones."""
 
     grid: OccupancyGrid
     cells: MapCells
     quality: MapQuality
-    params: PrepareParams
+    params: Params
     features: Features | None
     angles: Sequence[tuple[float, float]] = ()
     frames: Sequence[Frame] = ()
 
     @classmethod
-    def from_grid(cls, grid: OccupancyGrid, params: PrepareParams) -> PreparedMap:
+    def from_grid(cls, grid: OccupancyGrid, params: Params) -> PreparedMap:
         """Prepare a map; it has no features where no wall borders on free space."""
-        cells = MapCells.from_values(trinary(grid), max_speck_cells=params.max_speck_cells)
+        cells = MapCells.from_values(trinary(grid), max_speck_cells=params.prepare.max_speck_cells)
         return cls._from_cells(grid, cells, measure_quality(grid), params)
 
     def mirrored(self) -> PreparedMap:
@@ -38,15 +40,13 @@ class PreparedMap:
         return self._from_cells(self.grid, self.cells.mirrored(), self.quality, self.params)
 
     @classmethod
-    def _from_cells(
-        cls, grid: OccupancyGrid, cells: MapCells, quality: MapQuality, params: PrepareParams
-    ) -> PreparedMap:
-        features = extract_features(cells, params)
+    def _from_cells(cls, grid: OccupancyGrid, cells: MapCells, quality: MapQuality, params: Params) -> PreparedMap:
+        features = extract_features(cells, params.prepare)
         if features is None:
             return cls(grid, cells, quality, params, None)
-        angles = dominant_angles(features, params)
-        strong = [angle for angle, contrast in angles[:2] if contrast >= params.strong_share * angles[0][1]]
-        frames = [rectangles_in_frame(features, angle, params) for angle in strong]
+        angles = dominant_angles(features, params.prepare)
+        strong = [angle for angle, contrast in angles[:2] if contrast >= params.prepare.strong_share * angles[0][1]]
+        frames = [rectangles_in_frame(features, angle, params.prepare) for angle in strong]
         return cls(grid, cells, quality, params, features, angles, frames)
 
     @property
@@ -61,7 +61,12 @@ class PreparedMap:
 
     def frames_at(self, angles: Sequence[float]) -> list[Frame]:
         """Return the frames at some angles, radians."""
-        return [rectangles_in_frame(self.walled, angle, self.params) for angle in angles]
+        return [rectangles_in_frame(self.walled, angle, self.params.prepare) for angle in angles]
+
+    @cached_property
+    def detailed(self) -> DetailedMap:
+        """Details of the map, which another map may contradict."""
+        return DetailedMap.from_cells(self.cells, self.angles[0][0], self.walled.factor, self.params.detail)
 
     @property
     def contrast(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from rectmerge.robust.features import QUARTER_TURN_DEG
 from rectmerge.robust.prepared_map import PreparedMap
 from rectmerge.robust.proposal import propose_by_correlation, propose_by_rectangles, propose_rivals
 from rectmerge.robust.ranking import Ranking, rank, rerank
-from rectmerge.robust.verdict import log_odds_of_rest, posterior
+from rectmerge.robust.verdict import log_odds_of_rest, probability
 from rectmerge.robust.working_pair import WorkingPair
 
 
@@ -66,5 +67,5 @@ def challenge(pair: WorkingPair, ranking: Ranking) -> Ranking:
 def _convinces(pair: WorkingPair, ranking: Ranking) -> bool:
     if len(ranking) == 0:
         return False
-    alone = posterior(ranking.plausibility[0], log_odds_of_rest(ranking.plausibility)[0])
-    return alone >= pair.params.verdict.accept_at
+    rest = float(log_odds_of_rest(ranking.plausibility)[0])
+    return probability(ranking.best, rest, -math.inf, pair.params.verdict) >= pair.params.verdict.accept_at

@@ -30,6 +30,8 @@ class Evidence:
         what chance achieves on maps like these. Minus infinity where it was not asked.
     rigid, bent
         The same if the maps are rigid, and if they are bent.
+    handicap
+        Log-odds by which the maps are less likely bent, in `bent`.
     likelihood, support
         Log-likelihood ratio of all walls against chance, and per wall point of the map that has fewer.
     agreement
@@ -53,6 +55,7 @@ class Evidence:
     mirror_log_odds: float = -math.inf
     rigid: float = -math.inf
     bent: float = -math.inf
+    handicap: float = 0.0
     likelihood: float = 0.0
     support: float = 0.0
     agreement: WallAgreement[float] = NO_AGREEMENT
@@ -66,18 +69,18 @@ class Evidence:
     @property
     def probability(self) -> float:
         """Probability that the placement is right, and none of the others."""
-        alone = posterior(self.plausibility, self.rest_log_odds, self.mirror_log_odds)
+        alone = probability(self.plausibility, self.rest_log_odds, self.mirror_log_odds, self.params)
         return min(alone, 0.5) if self.is_slack or self.is_at_limit else alone
 
     @property
     def probability_without_rivals(self) -> float:
-        """Probability of the placement if no other one came close."""
+        """Probability of the placement by its own log-odds, whatever the others."""
         return posterior(self.plausibility)
 
     @property
     def is_sure(self) -> bool:
         """True if the mirror image need not be searched: as rigid maps alone this is the answer."""
-        return posterior(self.rigid, self.rest_log_odds) >= self.params.sure_at
+        return probability(self.rigid, self.rest_log_odds, -math.inf, self.params) >= self.params.sure_at
 
     @property
     def is_slack(self) -> bool:
@@ -91,6 +94,33 @@ class Evidence:
         for name, value in own.items():
             measured |= self.agreement._asdict() if name == "agreement" else {name: value}
         return measured
+
+
+def probability(log_odds: float, rest_log_odds: float, mirror_log_odds: float, params: VerdictParams) -> float:
+    """Return the probability that a placement is right, from its log-odds and its lead over all others.
+
+    Of two maps of different places, many placements are about as good as the best; a right one leads. What the others
+    reach, the mirror image's among them, is what chance reaches on maps like these. An equal rival leaves even odds at
+    most, and so does a mirror image that fits better.
+
+    Parameters
+    ----------
+    log_odds, rest_log_odds, mirror_log_odds
+        Of the placement, of all others together, and of the best of the mirror image; minus infinity where there is
+        none.
+    params
+        Weights and bounds of both.
+    """
+    lead = log_odds - float(np.logaddexp(rest_log_odds, mirror_log_odds))
+    constant, of_own, of_lead = params.weights
+    stands_out = constant + of_own * _within(params.log_odds_range, log_odds)
+    stands_out += of_lead * _within(params.lead_range, lead)
+    alone = posterior(stands_out) * posterior(log_odds - rest_log_odds)
+    return min(alone, 0.5) if mirror_log_odds > log_odds else alone
+
+
+def _within(bounds: tuple[float, ...], value: float) -> float:
+    return min(max(value, bounds[0]), bounds[1])
 
 
 def posterior(plausibility: float, rest_log_odds: float = -math.inf, mirror_log_odds: float = -math.inf) -> float:
@@ -118,6 +148,6 @@ def judge(evidence: Evidence) -> Verdict:
     if evidence.probability >= evidence.params.accept_at:
         return "accepted"
     is_held = not (evidence.is_slack or evidence.is_at_limit)
-    return (
-        "ambiguous" if is_held and evidence.probability_without_rivals >= evidence.params.ambiguous_at else "rejected"
-    )
+    is_likely = evidence.probability >= evidence.params.likely_at
+    has_rivals = evidence.probability_without_rivals >= evidence.params.ambiguous_at
+    return "ambiguous" if is_held and (is_likely or has_rivals) else "rejected"

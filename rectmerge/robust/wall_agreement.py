@@ -13,8 +13,10 @@ from rectmerge._kernels.placements import add_scores, invert
 from rectmerge.analysis.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
 from rectmerge.analysis.overlap import cells_of
 from rectmerge.analysis.wall_faces import QUARTER, WallFaces
+from rectmerge.robust.contradictions import measure
+from rectmerge.robust.detailed_map import DetailedMap
 from rectmerge.robust.features import Features
-from rectmerge.robust.params import FaceParams, RankParams
+from rectmerge.robust.params import Params, RankParams
 
 CODES = 128
 Value = TypeVar("Value")
@@ -35,6 +37,12 @@ class WallAgreement(NamedTuple, Generic[Value]):
         Share of the walls on known cells of the other map that lie deep in its free space, whatever their normal.
     overlap, iou
         Of the free space: over the smaller area, and over the union.
+    on_floor
+        Share of the faces on solid floor of the other map: free, and far from any wall and from the unknown.
+    beside
+        Share of the long faces on free cells of the other map, a little away from any wall and from the unknown.
+    corners_missed, corners_denied
+        Shares of the corners that the other map must show and does not, and where it shows solid floor.
     """
 
     judged: Value
@@ -47,6 +55,10 @@ class WallAgreement(NamedTuple, Generic[Value]):
     violations: Value
     overlap: Value
     iou: Value
+    on_floor: Value
+    beside: Value
+    corners_missed: Value
+    corners_denied: Value
 
 
 Agreements = WallAgreement[NDArray[np.float64]]
@@ -72,21 +84,29 @@ class AgreementScorer:
 
     Parameters
     ----------
-    a, b
-        The features.
+    working, detailed
+        Features of A and B, and their details.
     angle
         Of normal 0 of A's faces, radians: the strongest direction of its walls.
-    faces, params
-        Parameters of faces and of their agreement.
+    params
+        Parameters of the method.
     """
 
-    def __init__(self, a: Features, b: Features, angle: float, faces: FaceParams, params: RankParams) -> None:
-        self._a, self._b, self._angle = a, b, angle
-        self._faces, self._params = faces, params
-        self._turn_step = math.radians(params.turn_step_deg)
-        self._on_a = a.faces(angle, faces)
+    def __init__(
+        self,
+        working: tuple[Features, Features],
+        detailed: tuple[DetailedMap, DetailedMap],
+        angle: float,
+        params: Params,
+    ) -> None:
+        self._working, self._detailed, self._contradict = working, detailed, params.contradict
+        (a, b), self._angle = working, angle
+        self._a, self._b = a, b
+        self._faces, self._params = params.faces, params.rank
+        self._turn_step = math.radians(params.rank.turn_step_deg)
+        self._on_a = a.faces(angle, params.faces)
         self._on_b: dict[int, WallFaces] = {}
-        self._floor = np.ascontiguousarray(cells_of(b.free, params.max_free_samples)[:, ::-1].T, np.float32)
+        self._floor = np.ascontiguousarray(cells_of(b.free, params.rank.max_free_samples)[:, ::-1].T, np.float32)
 
     def score(self, placements: NDArray[np.float64]) -> Agreements:
         """Score placements, rows (a, b, tx, ty) between the working grids."""
@@ -94,6 +114,7 @@ class AgreementScorer:
         judged, matched, near, contradicted = _shares(long_faces, self._params)
         clutter, clutter_matched, _, clutter_contradicted = _shares(clutter_faces, self._params)
         overlap, iou = self._overlaps(placements)
+        contradictions = measure(placements, self._working, self._detailed, self._contradict)
         return WallAgreement(
             judged=judged,
             matched=matched,
@@ -105,6 +126,7 @@ class AgreementScorer:
             violations=self._violations(placements),
             overlap=overlap,
             iou=iou,
+            **contradictions._asdict(),
         )
 
     def _codes_met(self, placements: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

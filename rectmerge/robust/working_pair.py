@@ -69,7 +69,7 @@ class WorkingPair:
             walls_b=rng.permutation(b.walls),
             scale_bounds=params.exact.widened(between),
             angle=angle,
-            scorer=AgreementScorer(a, b, angle, params.faces, params.rank),
+            scorer=AgreementScorer((a, b), (fixed.detailed, moving.detailed), angle, params),
             handicap=bent_handicap(max(fixed.thickness_cells, moving.thickness_cells), params.confidence),
             params=params,
         )

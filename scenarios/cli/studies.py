@@ -21,7 +21,7 @@ def calibrate(
     Pairs of buildings whose rooms are all alike are left out of the fit: their wrong placements look like right ones.
     """
     from scenarios.bench.run import read_rows
-    from scenarios.studies.calibration import report
+    from scenarios.studies.held_out import report
 
     typer.echo(report([row for run in runs for row in read_rows(run)]))
 

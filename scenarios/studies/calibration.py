@@ -1,9 +1,8 @@
-"""Calibration of the confidence: a model of the probability that a candidate is right, fitted to rows.
+"""Calibration of the confidence: models of the probability that a candidate is right, fitted to rows of runs.
 
-The model is a conditional logit: of all candidates and of "none", each is right with a probability in proportion to its
-odds, "none" having odds of one. A candidate's odds are the exponential of a weighted sum of terms
-(`rectmerge.robust.confidence_model`). Likelihood, with a penalty on large weights, is
-maximised by Adam (Kingma and Ba, arXiv:1412.6980).
+Both models of `rectmerge.robust.confidence_model` are conditional logits; see `scenarios.studies.conditional_logit`. The
+one of rigid maps is fitted first, to what no drift has bent; the one of bent maps then adds to its odds. "None of them"
+is taught by unrelated pairs, and by each related pair once more without its right candidates.
 """
 
 from __future__ import annotations
@@ -20,13 +19,26 @@ from rectmerge.robust.params import ConfidenceParams
 from rectmerge.robust.wall_agreement import WallAgreement
 from scenarios.scoring.row import Row
 from scenarios.scoring.score import RIGHT
+from scenarios.studies.conditional_logit import Choices, fit
 
-STEPS, RATE = 3000, 0.02
 BENT_FROM = 0.002  # residual over extent
-PENALTY = 2e-4  # of squared weights of standardised terms
-AGAINST = ("clutter_off", "violations")  # terms that can only speak against a placement; others only for it
-SIGNS = np.array([0 if name == "one" else -1 if name in AGAINST else 1 for name in model.RIGID_TERMS])
+AGAINST = ("clutter_off", "violations", "contradicted", *model.CONTRADICTIONS)  # other terms can only speak for
 ALIKE = ("hospital",)  # families of rooms that are alike: their wrong placements look like right ones
+BY_EYE = "by eye"  # truth of real pairs that may be bent by an unknown amount
+
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """Weights of both models, as `ConfidenceParams` holds them."""
+
+    rigid: NDArray[np.float64]
+    bent: NDArray[np.float64]
+
+    @classmethod
+    def in_use(cls) -> Weights:
+        """Return the weights of the default method."""
+        params = ConfidenceParams()
+        return cls(np.array(params.rigid), np.array(params.bent))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,24 +47,23 @@ class GradedCandidates:
 
     Parameters
     ----------
-    terms
-        Shape (P, K, len(RIGID_TERMS)).
+    rigid, bent
+        Shape (P, K, T): terms of either model.
+    handicap
+        Shape (P, 1): log-odds by which the maps are less likely bent.
     is_there, is_right
         Shape (P, K): entries that hold a candidate, and right candidates. A nearly right candidate is left out: it
         is no example of a wrong one.
     is_bent
-        Shape (P,): pairs whose truth itself leaves more than `BENT_FROM` of A's extent.
+        Shape (P,): pairs whose truth itself leaves more than `BENT_FROM` of A's extent, or an unknown residual.
     """
 
-    terms: NDArray[np.float64]
+    rigid: NDArray[np.float64]
+    bent: NDArray[np.float64]
+    handicap: NDArray[np.float64]
     is_there: NDArray[np.bool_]
     is_right: NDArray[np.bool_]
     is_bent: NDArray[np.bool_]
-
-    def without_bent(self) -> GradedCandidates:
-        """Return the candidates without the right ones of bent pairs, whose others are all wrong."""
-        is_kept = ~(self.is_right & self.is_bent[:, None])
-        return replace(self, is_there=self.is_there & is_kept, is_right=self.is_right & is_kept)
 
     @classmethod
     def from_rows(cls, rows: Sequence[Row]) -> GradedCandidates:
@@ -66,94 +77,84 @@ class GradedCandidates:
         records = [(row, evidence) for row in rows if (evidence := row.get("evidence"))]
         if not records:
             raise InputError("the rows hold no evidence: run the method robust, with --set robust.max_candidates=20")
-        most = max(len(evidence) for _, evidence in records)
-        terms = np.zeros((len(records), most, len(model.RIGID_TERMS)))
-        is_there, is_right = np.zeros((2, len(records), most), np.bool_)
+        shape = len(records), max(len(evidence) for _, evidence in records)
+        rigid, bent = np.zeros((*shape, len(model.RIGID_TERMS))), np.zeros((*shape, len(model.BENT_TERMS)))
+        is_there, is_right = np.zeros((2, *shape), np.bool_)
+        handicap, is_bent = np.zeros((len(records), 1)), np.zeros(len(records), np.bool_)
         for i, (row, evidence) in enumerate(records):
-            terms[i, : len(evidence)] = terms_of(evidence)
-            grades = row["grades"] or ["off"] * len(evidence)
-            is_there[i, : len(evidence)] = [grade != "coarse" for grade in grades]
-            is_right[i, : len(evidence)] = [grade in RIGHT for grade in grades]
-        is_bent = np.array([(row["residual_px"] or 0.0) > BENT_FROM * (row["extent_px"] or 1.0) for row, _ in records])
-        return cls(terms, is_there, is_right, is_bent)
+            count = len(evidence)
+            rigid[i, :count], bent[i, :count] = terms_of(evidence)
+            handicap[i] = evidence[0]["handicap"]
+            grades = row["grades"] or ["off"] * count
+            is_there[i, :count] = [grade != "coarse" for grade in grades]
+            is_right[i, :count] = [grade in RIGHT for grade in grades]
+            is_bent[i] = (row["info"] or {}).get("truth") == BY_EYE or (row["residual_px"] or 0.0) > BENT_FROM * (
+                row["extent_px"] or 1.0
+            )
+        return cls(rigid, bent, handicap, is_there, is_right, is_bent)
+
+    def take(self, pairs: NDArray[np.intp]) -> GradedCandidates:
+        """Return some of the pairs."""
+        return GradedCandidates(
+            self.rigid[pairs], self.bent[pairs], self.handicap[pairs],
+            self.is_there[pairs], self.is_right[pairs], self.is_bent[pairs],
+        )  # fmt: skip
+
+    def without_bent(self) -> GradedCandidates:
+        """Return the candidates without the right ones of bent pairs, whose others are all wrong."""
+        is_kept = ~(self.is_right & self.is_bent[:, None])
+        return replace(self, is_there=self.is_there & is_kept, is_right=self.is_right & is_kept)
+
+    def with_none_right(self) -> GradedCandidates:
+        """Return the pairs, and behind them each pair that has a right candidate once more without it."""
+        again = self.take(np.flatnonzero(self.is_right.any(axis=1)))
+        again = replace(again, is_there=again.is_there & ~again.is_right, is_right=np.zeros_like(again.is_right))
+        again = again.take(np.flatnonzero(again.is_there.any(axis=1)))
+        names = ("rigid", "bent", "handicap", "is_there", "is_right", "is_bent")
+        return GradedCandidates(*(np.concatenate([getattr(self, name), getattr(again, name)]) for name in names))
+
+    def rigid_choices(self) -> Choices:
+        """Return the choices that the model of rigid maps explains."""
+        floor = np.full(self.is_there.shape, -np.inf)
+        return Choices(self.rigid, self.is_there, self.is_right, floor, np.zeros_like(self.handicap))
+
+    def bent_choices(self, rigid: NDArray[np.float64]) -> Choices:
+        """Return the choices that the model of bent maps explains beside that of rigid maps with some weights."""
+        floor = np.where(self.is_there, self.rigid @ rigid, -np.inf)
+        none_is_rigid = -np.logaddexp(np.logaddexp.reduce(floor, axis=1, keepdims=True), 0.0)
+        return Choices(self.bent, self.is_there, self.is_right, floor, self.handicap + none_is_rigid)
 
 
-def report(rows: Sequence[Row]) -> str:
-    """Fit the weights to the rows of the split train, and return them and their losses as text.
-
-    Raises
-    ------
-    InputError
-        If there are no such rows with evidence.
-    """
-    info = [row["info"] or {} for row in rows]
-    training = [
-        row
-        for row, about in zip(rows, info, strict=True)
-        if about.get("split") == "train" and about.get("family") not in ALIKE and row["candidates"]
-    ]
-    graded = GradedCandidates.from_rows(training)
-    weights = fit(graded)
-    with_right = int(graded.is_right.any(axis=1).sum())
-    rigid, in_use = graded.without_bent(), np.array(ConfidenceParams().rigid)
-    lines = (
-        f"# {len(training)} pairs, {with_right} of them with a right candidate",
-        f"rigid = ({', '.join(f'{weight:.2f}' for weight in weights)})",
-        f"# {loss(rigid, weights):.4f} nats a pair; the numbers in use {loss(rigid, in_use):.4f}",
+def terms_of(evidence: Sequence[dict[str, float]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the terms of a pair's candidates in either model, shape (K, T) each."""
+    params = ConfidenceParams()
+    agreement = WallAgreement(
+        *(np.array([candidate[name] for candidate in evidence]) for name in WallAgreement._fields)
     )
-    return "\n".join(lines)
+    support = np.array([candidate["support"] for candidate in evidence])
+    return model.rigid_terms(agreement, params), model.bent_terms(agreement, support, params)
 
 
-def terms_of(evidence: Sequence[dict[str, float]]) -> NDArray[np.float64]:
-    """Return the terms of a pair's candidates, shape (K, len(RIGID_TERMS))."""
-    columns = (np.array([candidate[name] for candidate in evidence]) for name in WallAgreement._fields)
-    return model.rigid_terms(WallAgreement(*columns), ConfidenceParams())
+def usable(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows that may be fitted: of the split train, or real; told apart by their maps; with candidates."""
+    kept = []
+    for row in rows:
+        info = row["info"] or {}
+        is_fair = info.get("family") not in ALIKE and info.get("identifiable") is not False
+        if info.get("split", "train") == "train" and is_fair and row["candidates"]:
+            kept.append(row)
+    return kept
 
 
-def fit(graded: GradedCandidates) -> NDArray[np.float64]:
-    """Fit the weights of the model of rigid maps, shape (len(RIGID_TERMS),).
+def fit_weights(graded: GradedCandidates) -> Weights:
+    """Fit the model of rigid maps, then that of bent maps.
 
-    Right candidates of bent pairs take no part in the fit; their wrong candidates do.
+    Right candidates of bent pairs take no part in the first fit; their wrong candidates do.
     """
-    spread = graded.terms[graded.is_there].std(axis=0)
-    spread[spread < 1e-9] = 1.0  # such as the constant
-    weights: NDArray[np.float64] = _maximise(replace(graded, terms=graded.terms / spread).without_bent()) / spread
-    return weights
+    rigid = fit(graded.without_bent().with_none_right().rigid_choices(), _signs(model.RIGID_TERMS))
+    bent = fit(graded.with_none_right().bent_choices(rigid), _signs(model.BENT_TERMS))
+    return Weights(rigid, bent)
 
 
-def _maximise(graded: GradedCandidates) -> NDArray[np.float64]:
-    """Maximise the penalised likelihood, each weight of its sign or zero."""
-    shrunk = np.array([0.0, *np.ones(len(model.RIGID_TERMS) - 1)])
-    weights, mean, square = np.zeros((3, len(model.RIGID_TERMS)))
-    for step in range(1, STEPS + 1):
-        gradient = _gradient(graded, weights) + 2 * PENALTY * weights * shrunk
-        mean, square = 0.9 * mean + 0.1 * gradient, 0.999 * square + 0.001 * gradient**2
-        weights = weights - RATE * (mean / (1 - 0.9**step)) / (np.sqrt(square / (1 - 0.999**step)) + 1e-9)
-        weights = np.where(weights * SIGNS < 0, 0.0, weights)
-    return weights
-
-
-def loss(graded: GradedCandidates, weights: NDArray[np.float64]) -> float:
-    """Return the mean negative log-likelihood of the right candidates, nats per pair."""
-    posterior = _posterior(graded.terms @ weights, graded.is_there)
-    right = (posterior * graded.is_right).sum(axis=1)
-    likelihood = np.where(graded.is_right.any(axis=1), right, 1 - posterior.sum(axis=1))
-    return float(-np.log(np.maximum(likelihood, 1e-12)).mean())
-
-
-def _posterior(odds: NDArray[np.float64], is_there: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return the probability of each candidate, shape (P, K), from log-odds against "none"."""
-    odds = np.where(is_there, odds, -np.inf)
-    top = np.maximum(odds.max(axis=1, keepdims=True), 0.0)
-    raised = np.exp(odds - top)
-    posterior: NDArray[np.float64] = raised / (raised.sum(axis=1, keepdims=True) + np.exp(-top))
-    return posterior
-
-
-def _gradient(graded: GradedCandidates, weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the gradient of the mean negative log-likelihood in the weights, shape (len(RIGID_TERMS),)."""
-    posterior = _posterior(graded.terms @ weights, graded.is_there)
-    right = posterior * graded.is_right
-    wanted = right / np.maximum(right.sum(axis=1, keepdims=True), 1e-300)
-    gradient: NDArray[np.float64] = np.einsum("pk,pkt->t", posterior - wanted, graded.terms) / len(graded.terms)
-    return gradient
+def _signs(terms: Sequence[str]) -> NDArray[np.int_]:
+    return np.array([0 if name == "one" else -1 if name in AGAINST else 1 for name in terms])

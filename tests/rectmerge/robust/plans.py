@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from rectmerge.robust.params import Params
+from rectmerge.robust.prepared_map import PreparedMap
 from rectmerge.similarity import Similarity
 from scenarios import corruption
 
@@ -220,3 +222,10 @@ def as_similarity(placement: NDArray[np.float64]) -> Similarity:
     """Read a row (a, b, tx, ty)."""
     a, b, tx, ty = placement
     return Similarity.from_matrix([[a, -b, tx], [b, a, ty]])
+
+
+def prepared(grid: OccupancyGrid) -> PreparedMap:
+    """Prepare a map that has walls with the default parameters."""
+    map_ = PreparedMap.from_grid(grid, Params())
+    assert map_.features is not None
+    return map_

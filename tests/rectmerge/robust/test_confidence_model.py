@@ -24,6 +24,10 @@ GOOD = WallAgreement(
     violations=np.array([0.02]),
     overlap=np.array([0.7]),
     iou=np.array([0.5]),
+    on_floor=np.array([0.0]),
+    beside=np.array([0.0]),
+    corners_missed=np.array([0.05]),
+    corners_denied=np.array([0.0]),
 )
 
 

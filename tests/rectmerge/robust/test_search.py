@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from rectmerge.analysis.overlap import measure_agreement
-from rectmerge.analysis.trinary_map import MapCells
-from rectmerge.robust.features import dominant_angles, extract_features, rectangles_in_frame
+from rectmerge.robust.features import dominant_angles, rectangles_in_frame
 from rectmerge.robust.params import Params
 from rectmerge.robust.proposal import propose_by_correlation, propose_by_rectangles, propose_rivals
 from rectmerge.robust.ranking import rank, rerank
@@ -22,13 +21,10 @@ PARAMS = Params()
 
 def searched(a, b, *, bounds=(0.3, 3.0), seed=0):
     """Propose by rectangles with the default numbers; return the working pair and its ranking."""
-    features_a, features_b = (
-        extract_features(MapCells.from_values(view.grid.occupancy), PARAMS.prepare) for view in (a, b)
-    )
-    assert features_a is not None
-    assert features_b is not None
+    maps = plans.prepared(a.grid), plans.prepared(b.grid)
+    features_a, features_b = (map_.walled for map_ in maps)
     rng = np.random.default_rng(seed)
-    angle = dominant_angles(features_a, PARAMS.prepare)[0][0]
+    angle = maps[0].angles[0][0]
     working = WorkingPair(
         a=features_a,
         b=features_b,
@@ -36,7 +32,7 @@ def searched(a, b, *, bounds=(0.3, 3.0), seed=0):
         walls_b=rng.permutation(features_b.walls),
         scale_bounds=bounds,
         angle=angle,
-        scorer=AgreementScorer(features_a, features_b, angle, PARAMS.faces, PARAMS.rank),
+        scorer=AgreementScorer((features_a, features_b), (maps[0].detailed, maps[1].detailed), angle, PARAMS),
         handicap=0.0,
         params=dataclasses.replace(PARAMS, propose=dataclasses.replace(PARAMS.propose, max_refined=120)),
     )

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from rectmerge._kernels.code_counts import count_codes
-from rectmerge.analysis.trinary_map import MapCells
-from rectmerge.robust.features import dominant_angles, extract_features
+from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.params import Params
 from rectmerge.robust.wall_agreement import AgreementScorer
 from tests import naive
@@ -16,13 +15,12 @@ IDENTITY = np.array([[1.0, 0.0, 0.0, 0.0]])
 
 
 def office(**how):
-    return extract_features(MapCells.from_values(plans.see(plans.office(3), **how).grid.occupancy), PARAMS.prepare)
+    return plans.prepared(plans.see(plans.office(3), **how).grid)
 
 
-def scorer_of(features_a, features_b):
-    return AgreementScorer(
-        features_a, features_b, dominant_angles(features_a, PARAMS.prepare)[0][0], PARAMS.faces, PARAMS.rank
-    )
+def scorer_of(map_a, map_b):
+    working, detailed = (map_a.walled, map_b.walled), (map_a.detailed, map_b.detailed)
+    return AgreementScorer(working, detailed, map_a.angles[0][0], PARAMS)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -48,6 +46,7 @@ def test_a_map_on_itself_meets_all_its_faces():
 
     assert weights.matched[0] == weights.near[0] == weights.clutter_matched[0] == 1.0
     assert weights.contradicted[0] == weights.clutter_contradicted[0] == weights.violations[0] == 0.0
+    assert weights.on_floor[0] == weights.beside[0] == weights.corners_missed[0] == weights.corners_denied[0] == 0.0
     assert weights.overlap[0] == pytest.approx(1.0)
     assert weights.iou[0] == pytest.approx(1.0)
     assert weights.judged[0] > weights.clutter[0] > 0
@@ -61,18 +60,20 @@ def test_a_shifted_map_meets_less_and_contradicts_more():
     assert weights.matched[1] < 0.5 < weights.matched[0]
     assert weights.contradicted[1] > 0.2 > weights.contradicted[0]
     assert weights.violations[1] > 0.1 > weights.violations[0]
+    assert weights.on_floor[1] > 0.05
+    assert weights.beside[1] > 0.1
+    assert weights.corners_missed[1] > 0.1
 
 
 @pytest.mark.parametrize("quarter", range(4))
 def test_weights_do_not_depend_on_how_a_map_is_turned(quarter):
     features = office(degrees=0, noise=1)
-    turned = extract_features(
-        MapCells.from_values(np.rot90(plans.see(plans.office(3), noise=1).grid.occupancy, quarter)), PARAMS.prepare
-    )
-    height, width = turned.free.shape
+    grid = plans.see(plans.office(3), noise=1).grid
+    turned = plans.prepared(OccupancyGrid(np.ascontiguousarray(np.rot90(grid.occupancy, quarter))))
+    height, width = turned.walled.free.shape
     angle = quarter * math.pi / 2
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    shift = (np.array(features.free.shape[::-1]) - 1) / 2 - turn @ ((np.array([width, height]) - 1) / 2)
+    shift = (np.array(features.walled.free.shape[::-1]) - 1) / 2 - turn @ ((np.array([width, height]) - 1) / 2)
 
     weights = scorer_of(features, turned).score(np.array([[*turn[:, 0], *shift]]))
 
@@ -96,12 +97,13 @@ def test_what_falls_outside_is_not_judged():
 
 
 def test_swapped_maps_weigh_the_same():
-    features_a, features_b = office(degrees=0, noise=1), office(degrees=0, scale=1.4)
+    map_a, map_b = office(degrees=0, noise=1), office(degrees=0, scale=1.4)
+    features_a, features_b = map_a.walled, map_b.walled
     scale = features_b.factor / features_a.factor / 1.4
     placement = np.array([[scale, 0.0, *(features_a.offset - scale * features_b.offset)]])
     back = np.array([[1 / scale, 0.0, *(features_b.offset - features_a.offset / scale)]])
 
-    there, here = scorer_of(features_a, features_b).score(placement), scorer_of(features_b, features_a).score(back)
+    there, here = scorer_of(map_a, map_b).score(placement), scorer_of(map_b, map_a).score(back)
 
     for name in ("judged", "matched", "contradicted", "violations", "overlap", "iou"):
         assert getattr(there, name)[0] == pytest.approx(getattr(here, name)[0], abs=0.02, rel=0.05)
