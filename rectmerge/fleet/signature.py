@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rectmerge.fleet.params import PartnerParams
 from rectmerge.grid import OccupancyGrid
-from rectmerge.robust.params import PrepareParams
+from rectmerge.robust.params import Params
 from rectmerge.robust.prepared_map import PreparedMap
 
 BITS = 8  # of each of a word's five numbers
@@ -31,7 +31,7 @@ class Signature(NamedTuple):
 
 def signature(grid: OccupancyGrid, params: PartnerParams) -> Signature:
     """Return the words of a map; none where no wall borders on free space."""
-    frames = PreparedMap.from_grid(grid, PrepareParams()).frames
+    frames = PreparedMap.from_grid(grid, Params()).frames
     if not frames or len(frames[0].boxes) < 2:
         return Signature(np.empty(0, np.int64), np.empty(0))
     frame = frames[0]

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels import contradictions as kernels
 from rectmerge._kernels.placements import invert
+from rectmerge.robust.detail_params import ContradictParams
 from rectmerge.robust.detailed_map import DetailedMap
 from rectmerge.robust.features import Features
-from rectmerge.robust.params import ContradictParams
 
 Column = NDArray[np.float64]  # (N,)
 

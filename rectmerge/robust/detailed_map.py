@@ -14,8 +14,8 @@ from rectmerge._kernels.wall_cells import known_bounds
 from rectmerge.analysis.distance_codes import distance_to
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.analysis.wall_faces import NORMALS, QUARTER, run_lengths
+from rectmerge.robust.detail_params import DetailParams
 from rectmerge.robust.features import shrink
-from rectmerge.robust.params import DetailParams
 
 Image = NDArray[np.float32]
 

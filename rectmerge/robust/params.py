@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 from rectmerge.declaration import CALIBRATED, HAND, LAYOUT, Group, ablation, param
 from rectmerge.errors import InputError
+from rectmerge.robust.detail_params import ContradictParams, DetailParams
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,57 +150,20 @@ class RankParams(Group):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DetailParams(Group):
-    """Detailed grid of one map, with the faces and corners that another map may contradict."""
-
-    diagonal_cells: float = param(700.0, "cells", LAYOUT, most=4000)  # of the detailed grid, at most the map's own cells
-    margin_cells: int = param(6, "detailed cells", LAYOUT, most=1000)  # of unknown around the grid
-    free_share: float = param(0.3, "share of a cell's area", HAND)  # seen free that makes a detailed cell free
-    max_speck_cells: int = param(4, "detailed cells", HAND, least=0)  # of an obstacle that counts as free
-    blur_cells: float = param(1.5, "detailed cells", HAND)  # before slopes are taken
-    min_slope: float = param(0.05, "states per cell", HAND)  # of a face
-    free_at_cells: float = param(3.0, "detailed cells", HAND)  # in front of a face
-    max_off_deg: float = param(25.0, "degrees", HAND)  # of a long face from the strongest direction
-    min_run_cells: float = param(20.0, "cells", HAND)  # of a long face
-    run_width_cells: float = param(3.0, "cells", HAND)  # sideways spread of a run
-    run_gap_cells: float = param(4.0, "cells", HAND)  # interruption of a run
-    corner_blur_cells: float = param(1.5, "cells", HAND)  # or detailed cells, whichever is more
-    corner_edge_weight: float = param(0.06, "share", "Harris and Stephens 1988: 0.04 to 0.06")
-    corner_percentile: float = param(99.0, "percent", HAND)  # of the response on walls, which stands for the strongest
-    corner_share: float = param(0.02, "share of the strongest response", HAND)  # of a corner
-    corner_apart_cells: int = param(9, "detailed cells", HAND, most=99)
-    corner_window_cells: int = param(11, "detailed cells", HAND, most=99)  # mostly free about a jamb
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ContradictParams(Group):
-    """Contradictions between the detailed grids, in cells of the coarser one."""
-
-    face_reaches_cells: tuple[float, ...] = param(
-        (2.0, 5.0, 3.0), "detailed cells", HAND, length=3
-    )  # judged in unknown space; from walls and unknown space to solid floor; from a partner to beside it
-    corner_reaches_cells: tuple[float, ...] = param(
-        (2.0, 3.0, 4.0), "detailed cells", HAND, length=3
-    )  # hidden near unknown space; of a partner; to a corner of the other kind, and unknown space, when denied
-    added_corners: float = param(2.0, "corners", HAND)  # to the number shown, so that one missed of one is no proof
-    max_faces: int = param(2000, "faces", LAYOUT)  # of each map, evenly spaced
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ConfidenceParams(Group):
     """Models of the plausibility of a placement, of rigid and of bent maps."""
 
     use_rigid: bool = param(True, "switch", ablation("the model of rigid maps"))
     use_bent: bool = param(True, "switch", ablation("the model of bent maps"))
     rigid: tuple[float, ...] = param(
-        (-2.66, 0.46, 0.0, -9.88, 1.81, -15.2, 2.37, -12.9, -14.7, -3.24, -2.50),
+        (-3.44, 0.65, 0.0, -12.05, 2.16, -8.68, 2.72, -22.24, -25.11, -3.69, -5.51),
         "log-odds per term",
         CALIBRATED,
         least=-math.inf,
         length=11,
     )
     bent: tuple[float, ...] = param(
-        (-3.7, 11.3, 0.7, -27.9, -4.8, 1.4), "log-odds per term", CALIBRATED, least=-math.inf, length=6
+        (-3.67, 10.95, 0.95, -26.24, -2.01, 1.22), "log-odds per term", CALIBRATED, least=-math.inf, length=6
     )
     min_overlap: float = param(0.03, "share", HAND)  # added before the logarithm
     min_matched_faces: float = param(20.0, "faces", HAND)  # added before the logarithm
@@ -240,12 +204,13 @@ class ExactParams(Group):
 class VerdictParams(Group):
     """Thresholds of the verdict."""
 
-    accept_at: float = param(0.8, "probability", "most right at equally many wrong, held out: rectbench calibrate")
+    accept_at: float = param(0.85, "probability", HAND)
     likely_at: float = param(0.5, "probability", HAND)  # below `accept_at`, and a placement is ambiguous all the same
     ambiguous_at: float = param(0.9, "probability", HAND)  # by the placement's own log-odds, whatever its rivals
     weights: tuple[float, ...] = param(
-        (0.57, 0.51, 0.63), "log-odds: constant, per own, per lead", CALIBRATED, length=3
+        (-0.11, 0.25, 1.08), "log-odds: constant, per own, per lead", CALIBRATED, least=-math.inf, length=3
     )
+    chance_log_odds: float = param(-3.0, "log-odds", HAND, least=-math.inf)  # that chance reaches even without rivals
     log_odds_range: tuple[float, ...] = param((-8.0, 12.0), "log-odds", HAND, least=-math.inf, length=2)
     lead_range: tuple[float, ...] = param((-3.0, 10.0), "log-odds", HAND, least=-math.inf, length=2)
     sure_at: float = param(0.99, "probability", ablation("the mirror image as a rival"), least=0)  # no mirror needed

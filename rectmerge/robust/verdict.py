@@ -100,8 +100,8 @@ def probability(log_odds: float, rest_log_odds: float, mirror_log_odds: float, p
     """Return the probability that a placement is right, from its log-odds and its lead over all others.
 
     Of two maps of different places, many placements are about as good as the best; a right one leads. What the others
-    reach, the mirror image's among them, is what chance reaches on maps like these. An equal rival leaves even odds at
-    most, and so does a mirror image that fits better.
+    reach, the mirror image's among them, is what chance reaches on maps like these, and it always reaches something. An
+    equal rival leaves even odds at most, and so does a mirror image that fits better.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def probability(log_odds: float, rest_log_odds: float, mirror_log_odds: float, p
     params
         Weights and bounds of both.
     """
-    lead = log_odds - float(np.logaddexp(rest_log_odds, mirror_log_odds))
+    lead = log_odds - float(np.logaddexp.reduce([rest_log_odds, mirror_log_odds, params.chance_log_odds]))
     constant, of_own, of_lead = params.weights
     stands_out = constant + of_own * _within(params.log_odds_range, log_odds)
     stands_out += of_lead * _within(params.lead_range, lead)

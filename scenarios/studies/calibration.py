@@ -1,14 +1,15 @@
 """Calibration of the confidence: models of the probability that a candidate is right, fitted to rows of runs.
 
-Both models of `rectmerge.robust.confidence_model` are conditional logits; see `scenarios.studies.conditional_logit`. The
-one of rigid maps is fitted first, to what no drift has bent; the one of bent maps then adds to its odds. "None of them"
-is taught by unrelated pairs, and by each related pair once more without its right candidates.
+Both models of `rectmerge.robust.confidence_model` are conditional logits (see `scenarios.studies.conditional_logit`).
+The model of rigid maps is fitted first, to what no drift has bent; that of bent maps then adds to its odds. Last come
+the weights of `rectmerge.robust.verdict.probability`, fitted to odds of places that took no part in the first two fits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,18 +28,23 @@ ALIKE = ("hospital",)  # families of rooms that are alike: their wrong placement
 BY_EYE = "by eye"  # truth of real pairs that may be bent by an unknown amount
 
 
-@dataclass(frozen=True, slots=True)
-class Weights:
-    """Weights of both models, as `ConfidenceParams` holds them."""
+@dataclass(frozen=True, slots=True, eq=False)
+class OddsWeights:
+    """Weights of both models of the odds, as `ConfidenceParams` holds them."""
 
     rigid: NDArray[np.float64]
     bent: NDArray[np.float64]
 
     @classmethod
-    def in_use(cls) -> Weights:
+    def in_use(cls) -> OddsWeights:
         """Return the weights of the default method."""
         params = ConfidenceParams()
         return cls(np.array(params.rigid), np.array(params.bent))
+
+    def log_odds(self, evidence: Sequence[dict[str, float]]) -> NDArray[np.float64]:
+        """Return the log-odds of a pair's candidates, shape (K,)."""
+        rigid, bent = terms_of(evidence)
+        return model.plausibility(rigid @ self.rigid, bent @ self.bent + evidence[0]["handicap"])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,25 +99,10 @@ class GradedCandidates:
             )
         return cls(rigid, bent, handicap, is_there, is_right, is_bent)
 
-    def take(self, pairs: NDArray[np.intp]) -> GradedCandidates:
-        """Return some of the pairs."""
-        return GradedCandidates(
-            self.rigid[pairs], self.bent[pairs], self.handicap[pairs],
-            self.is_there[pairs], self.is_right[pairs], self.is_bent[pairs],
-        )  # fmt: skip
-
     def without_bent(self) -> GradedCandidates:
         """Return the candidates without the right ones of bent pairs, whose others are all wrong."""
         is_kept = ~(self.is_right & self.is_bent[:, None])
         return replace(self, is_there=self.is_there & is_kept, is_right=self.is_right & is_kept)
-
-    def with_none_right(self) -> GradedCandidates:
-        """Return the pairs, and behind them each pair that has a right candidate once more without it."""
-        again = self.take(np.flatnonzero(self.is_right.any(axis=1)))
-        again = replace(again, is_there=again.is_there & ~again.is_right, is_right=np.zeros_like(again.is_right))
-        again = again.take(np.flatnonzero(again.is_there.any(axis=1)))
-        names = ("rigid", "bent", "handicap", "is_there", "is_right", "is_bent")
-        return GradedCandidates(*(np.concatenate([getattr(self, name), getattr(again, name)]) for name in names))
 
     def rigid_choices(self) -> Choices:
         """Return the choices that the model of rigid maps explains."""
@@ -136,24 +127,24 @@ def terms_of(evidence: Sequence[dict[str, float]]) -> tuple[NDArray[np.float64],
 
 
 def usable(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows that may be fitted: of the split train, or real; told apart by their maps; with candidates."""
-    kept = []
-    for row in rows:
-        info = row["info"] or {}
-        is_fair = info.get("family") not in ALIKE and info.get("identifiable") is not False
-        if info.get("split", "train") == "train" and is_fair and row["candidates"]:
-            kept.append(row)
-    return kept
+    """Return the rows that may be fitted: of real maps or of the split train, identifiable, and with candidates."""
+    return [row for row in rows if row["candidates"] and _may_be_fitted(row["info"] or {})]
 
 
-def fit_weights(graded: GradedCandidates) -> Weights:
+def _may_be_fitted(info: dict[str, Any]) -> bool:
+    is_real = not any(key.startswith("pose_source") for key in info)  # what every simulated pair says
+    is_fair = info.get("family") not in ALIKE and info.get("identifiable") is not False
+    return is_fair and (is_real or info.get("split") == "train")
+
+
+def fit_odds(graded: GradedCandidates) -> OddsWeights:
     """Fit the model of rigid maps, then that of bent maps.
 
     Right candidates of bent pairs take no part in the first fit; their wrong candidates do.
     """
-    rigid = fit(graded.without_bent().with_none_right().rigid_choices(), _signs(model.RIGID_TERMS))
-    bent = fit(graded.with_none_right().bent_choices(rigid), _signs(model.BENT_TERMS))
-    return Weights(rigid, bent)
+    rigid = fit(graded.without_bent().rigid_choices(), _signs(model.RIGID_TERMS))
+    bent = fit(graded.bent_choices(rigid), _signs(model.BENT_TERMS))
+    return OddsWeights(rigid, bent)
 
 
 def _signs(terms: Sequence[str]) -> NDArray[np.int_]:

@@ -7,12 +7,13 @@ penalty on large weights, is maximised by Adam (Kingma and Ba, arXiv:1412.6980).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-STEPS, RATE = 2000, 0.02
+STEPS, RATE = 1500, 0.02
 PENALTY = 2e-4  # of squared weights of standardised terms
 
 
@@ -57,14 +58,26 @@ def fit(choices: Choices, signs: NDArray[np.int_]) -> NDArray[np.float64]:
     spread[spread < 1e-9] = 1.0  # such as the constant
     terms = choices.terms / spread
     shrunk = np.array([0.0, *np.ones(len(signs) - 1)])
-    weights, mean, square = np.zeros((3, len(signs)))
+
+    def gradient(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(_gradient(choices, terms, weights) + 2 * PENALTY * weights * shrunk)
+
+    fitted: NDArray[np.float64] = ascend(gradient, signs) / spread
+    return fitted
+
+
+def ascend(
+    gradient: Callable[[NDArray[np.float64]], NDArray[np.float64]], signs: NDArray[np.int_]
+) -> NDArray[np.float64]:
+    """Maximise a likelihood by the gradient of its negative logarithm; each weight is of its sign or zero."""
+    weights: NDArray[np.float64] = np.zeros(len(signs))
+    mean, square = np.zeros((2, len(signs)))
     for step in range(1, STEPS + 1):
-        gradient = _gradient(choices, terms, weights) + 2 * PENALTY * weights * shrunk
-        mean, square = 0.9 * mean + 0.1 * gradient, 0.999 * square + 0.001 * gradient**2
+        slope = gradient(weights)
+        mean, square = 0.9 * mean + 0.1 * slope, 0.999 * square + 0.001 * slope**2
         weights = weights - RATE * (mean / (1 - 0.9**step)) / (np.sqrt(square / (1 - 0.999**step)) + 1e-9)
         weights = np.where(weights * signs < 0, 0.0, weights)
-    fitted: NDArray[np.float64] = weights / spread
-    return fitted
+    return weights
 
 
 def posterior_of(log_odds: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,5 @@
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -20,7 +21,6 @@ EVIDENCE = st.builds(
 @given(EVIDENCE)
 def test_a_probability_is_one(evidence):
     assert 0 < evidence.probability < 1
-    assert evidence.probability_without_rivals >= evidence.probability
 
 
 @given(st.lists(ODDS, min_size=1, max_size=8))
@@ -59,6 +59,25 @@ def test_an_equal_rival_is_never_overruled(evidence):
 
     assert judge(equal) != "accepted"
     assert equal.probability <= 0.5
+
+
+@given(EVIDENCE, st.floats(0.01, 5))
+def test_a_mirror_image_that_fits_better_leaves_even_odds_at_most(evidence, more):
+    mirrored = dataclasses.replace(evidence, mirror_log_odds=evidence.plausibility + more)
+
+    assert mirrored.probability <= 0.5
+
+
+@given(st.floats(-20, -3))
+def test_a_poor_placement_is_not_accepted_for_want_of_rivals(odds):
+    assert judge(Evidence(plausibility=odds)) == "rejected"
+
+
+def test_no_gap_lies_between_accepted_and_ambiguous():
+    verdicts = [judge(Evidence(plausibility=odds)) for odds in np.linspace(-8, 8, 801)]
+
+    changes = [pair for pair in itertools.pairwise(verdicts) if pair[0] != pair[1]]
+    assert changes == [("rejected", "ambiguous"), ("ambiguous", "accepted")]
 
 
 @given(EVIDENCE)
