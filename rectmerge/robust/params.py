@@ -208,11 +208,9 @@ class VerdictParams(Group):
     likely_at: float = param(0.5, "probability", HAND)  # below `accept_at`, and a placement is ambiguous all the same
     ambiguous_at: float = param(0.9, "probability", HAND)  # by the placement's own log-odds, whatever its rivals
     weights: tuple[float, ...] = param(
-        (-0.11, 0.25, 1.08), "log-odds: constant, per own, per lead", CALIBRATED, least=-math.inf, length=3
+        (-0.09, 0.25, 1.05), "log-odds: constant, per own, per lead", CALIBRATED, least=-math.inf, length=3
     )
     chance_log_odds: float = param(-3.0, "log-odds", HAND, least=-math.inf)  # that chance reaches even without rivals
-    log_odds_range: tuple[float, ...] = param((-8.0, 12.0), "log-odds", HAND, least=-math.inf, length=2)
-    lead_range: tuple[float, ...] = param((-3.0, 10.0), "log-odds", HAND, least=-math.inf, length=2)
     sure_at: float = param(0.99, "probability", ablation("the mirror image as a rival"), least=0)  # no mirror needed
     max_slack_cells: float = param(4.0, "map cells", HAND)  # a placement that slides further is even odds at most
     mirrored_by: float = param(3.0, "log-odds", HAND)  # by which the mirror image fits better in mirrored maps

@@ -105,8 +105,9 @@ def _doubt(evidence: Evidence, params: ReasonParams) -> str:
     behind = evidence.plausibility - math.log(params.far_behind)
     if max(evidence.rest_log_odds, evidence.mirror_log_odds) < behind:
         return (
-            f"candidate 1 is probably right ({evidence.probability:.0%}, where {evidence.params.accept_at:.0%} is "
-            "asked) and no other comes close: look at its overlay, and take it if the walls agree"
+            f"candidate 1 leads all others, but too little speaks for it ({evidence.probability:.0%}, where "
+            f"{evidence.params.accept_at:.0%} is asked; overlap {evidence.agreement.overlap:.0%} of the smaller map): "
+            "look at its overlay, or map more of what both maps share"
         )
     if evidence.rest_log_odds < behind:
         return (

@@ -109,18 +109,12 @@ def probability(log_odds: float, rest_log_odds: float, mirror_log_odds: float, p
         Of the placement, of all others together, and of the best of the mirror image; minus infinity where there is
         none.
     params
-        Weights and bounds of both.
+        Weights of both.
     """
     lead = log_odds - float(np.logaddexp.reduce([rest_log_odds, mirror_log_odds, params.chance_log_odds]))
     constant, of_own, of_lead = params.weights
-    stands_out = constant + of_own * _within(params.log_odds_range, log_odds)
-    stands_out += of_lead * _within(params.lead_range, lead)
-    alone = posterior(stands_out) * posterior(log_odds - rest_log_odds)
+    alone = posterior(constant + of_own * log_odds + of_lead * lead) * posterior(log_odds - rest_log_odds)
     return min(alone, 0.5) if mirror_log_odds > log_odds else alone
-
-
-def _within(bounds: tuple[float, ...], value: float) -> float:
-    return min(max(value, bounds[0]), bounds[1])
 
 
 def posterior(plausibility: float, rest_log_odds: float = -math.inf, mirror_log_odds: float = -math.inf) -> float:

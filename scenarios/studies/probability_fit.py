@@ -46,14 +46,14 @@ def fit_probability(
     counts
         Shape (N,): as how many pairs each counts.
     params
-        Bounds of the log-odds and of the lead, whose weights are 0 or more.
+        What chance reaches. The weights of the log-odds and of the lead are 0 or more.
     """
     own, rest, mirror = np.array(
         [(each.log_odds, each.rest_log_odds, each.mirror_log_odds) for each in candidates]
     ).T  # (N,)
     is_right = np.array([each.grade in RIGHT for each in candidates])
     lead = own - np.logaddexp(np.logaddexp(rest, mirror), params.chance_log_odds)
-    terms = np.stack([np.ones_like(own), own.clip(*params.log_odds_range), lead.clip(*params.lead_range)], axis=1)
+    terms = np.stack([np.ones_like(own), own, lead], axis=1)
     alone = 1 / (1 + np.exp(np.clip(rest - own, -30.0, 30.0)))
 
     def gradient(weights: NDArray[np.float64]) -> NDArray[np.float64]:

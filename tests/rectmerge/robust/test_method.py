@@ -64,7 +64,11 @@ def test_a_floor_plan_drawn_with_lines_fits_a_map():
     doors = [room for room in lines if min(np.ptp(room, axis=0)) <= 25]
     b = plans.see([*inside, *doors], scale=1.3, degrees=0)
 
-    assert_right(align(a.grid, b.grid), a, b)
+    alignment = align(a.grid, b.grid)
+
+    # of rooms behind walls that are lines, which lie beside those of the map, it is likely, but not sure
+    assert plans.is_right(alignment.candidates[0].pixels, a, b)
+    assert alignment.confidence > 0.5
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
