@@ -80,7 +80,7 @@ class Evidence:
     @property
     def is_sure(self) -> bool:
         """True if the mirror image need not be searched: as rigid maps alone this is the answer."""
-        return probability(self.rigid, self.rest_log_odds, -math.inf, self.params) >= self.params.sure_at
+        return posterior(self.rigid, self.rest_log_odds) >= self.params.sure_at
 
     @property
     def is_slack(self) -> bool:

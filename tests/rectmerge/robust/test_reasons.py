@@ -49,7 +49,7 @@ def test_the_first_cause_is_named(change, a, b, word):
             5.5,
             "more than one placement",
         ),  # half a turn is a mirror image of a mirror image: no cause is singled out
-        (2.5, 3.0, "candidate 1 leads all others"),
+        (4.5, 4.0, "candidate 1 leads all others"),
     ],
 )
 def test_what_keeps_the_best_placement_from_being_accepted_is_told(rest_log_odds, mirror_log_odds, words):
