@@ -16,9 +16,10 @@ def calibrate(
         list[Path], typer.Argument(metavar="RUN...", help="Runs of `robust` with --set robust.max_candidates=20.")
     ],
 ) -> None:
-    """Fit the confidence of `robust` to the split train and print the numbers for rectmerge/robust/params.py.
+    """Fit the confidence of `robust` to the split train and to real maps, and print the numbers for its params.py.
 
-    Pairs of buildings whose rooms are all alike are left out of the fit: their wrong placements look like right ones.
+    Below them stand the verdicts on places that took no part in a fit. Pairs of buildings whose rooms are all alike are
+    left out: their wrong placements look like right ones.
     """
     from scenarios.bench.run import read_rows
     from scenarios.studies.held_out import report
