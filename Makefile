@@ -5,16 +5,21 @@ MARK := $(VENV)/.installed
 # PyBullet has wheels for Python 3.11 and earlier only, so 3.11 is looked for first.
 PYTHON ?= $(shell command -v python3.11 || command -v python3 || command -v python)
 
+PARALLEL := --numprocesses auto --dist loadfile
+
 .PHONY: demo test test-fast check coverage bench bench-release fuzz results picture docs clean
 
 demo: $(MARK)-sim
 	$(BIN)/rectbench demo -o demo --force
 
+# The kernels are compiled once for all processes of the tests, which take a file of tests each.
 test: $(MARK)-all
-	$(BIN)/python -m pytest --durations=25
+	$(BIN)/rectmerge warm-up --quiet
+	$(BIN)/python -m pytest $(PARALLEL) --durations=25
 
 test-fast: $(MARK)-all
-	$(BIN)/python -m pytest -m "not slow and not sim and not real" --hypothesis-profile=fast
+	$(BIN)/rectmerge warm-up --quiet
+	$(BIN)/python -m pytest $(PARALLEL) -m "not slow and not sim and not real" --hypothesis-profile=fast
 
 check: $(MARK)-all
 	$(BIN)/ruff check .
