@@ -37,8 +37,9 @@ class MapCells:
     @classmethod
     def from_values(cls, values: NDArray[np.int8], *, max_speck_cells: int = 4) -> MapCells:
         """Find the walls of a map given as -1 unknown, 0 free, 100 occupied."""
+        values = _read_only(values)
         occupied = np.flatnonzero(values > 0)
-        kinds, normals = describe_walls(np.ascontiguousarray(values), occupied, max_speck_cells)
+        kinds, normals = describe_walls(values, occupied, max_speck_cells)
         rows, cols = np.divmod(occupied, values.shape[1])
         return cls(values, rows, cols, kinds, normals)
 
@@ -46,7 +47,7 @@ class MapCells:
         """Return the cells of the mirror image, left and right exchanged."""
         return replace(
             self,
-            values=np.ascontiguousarray(self.values[:, ::-1]),
+            values=_read_only(self.values[:, ::-1]),
             cols=self.values.shape[1] - 1 - self.cols,
             normals=self.normals * np.array([-1, 1], np.float32),
         )
@@ -68,6 +69,13 @@ class MapCells:
         return counts
 
 
+def _read_only(values: NDArray[np.int8]) -> NDArray[np.int8]:
+    """Return cells in one block that cannot be written, as kernels are compiled for."""
+    cells = np.ascontiguousarray(values).view()
+    cells.flags.writeable = False
+    return cells
+
+
 def trinary(grid: OccupancyGrid) -> NDArray[np.int8]:
     """Read a grid as -1 unknown, 0 free, 100 occupied, shape (H, W)."""
     if ((grid.occupancy == FREE) | (grid.occupancy == OCCUPIED) | (grid.occupancy == UNKNOWN)).all():
@@ -75,4 +83,4 @@ def trinary(grid: OccupancyGrid) -> NDArray[np.int8]:
     cells = np.full(grid.shape, UNKNOWN, np.int8)
     cells[grid.free] = FREE
     cells[grid.occupied] = OCCUPIED
-    return cells
+    return _read_only(cells)

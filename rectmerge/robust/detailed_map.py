@@ -38,7 +38,7 @@ class Faces:
     def spaced(self, most: int) -> Faces:
         """Return about `most` evenly spaced faces."""
         step = -(-len(self.points) // most) or 1
-        return Faces(self.points[::step], self.is_long[::step])
+        return Faces(np.ascontiguousarray(self.points[::step]), np.ascontiguousarray(self.is_long[::step]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -211,7 +211,7 @@ class VerdictParams(Group):
         (-0.09, 0.25, 1.05), "log-odds: constant, per own, per lead", CALIBRATED, least=-math.inf, length=3
     )
     chance_log_odds: float = param(-3.0, "log-odds", HAND, least=-math.inf)  # that chance reaches even without rivals
-    sure_at: float = param(0.999, "probability", ablation("the mirror image as a rival"), least=0)  # no mirror needed
+    sure_at: float = param(0.995, "probability", ablation("the mirror image as a rival"), least=0)  # no mirror needed
     max_slack_cells: float = param(4.0, "map cells", HAND)  # a placement that slides further is even odds at most
     mirrored_by: float = param(3.0, "log-odds", HAND)  # by which the mirror image fits better in mirrored maps
 
