@@ -9,7 +9,7 @@ import numpy as np
 
 from rectmerge.alignment import Alignment, Verdict
 from rectmerge.grid import OccupancyGrid
-from rectmerge.hints import Hint
+from rectmerge.hints import Guess, Hint
 from rectmerge.robust import reasons
 from rectmerge.robust.certificate import ScoreCertificate, certify
 from rectmerge.robust.exact import Answer, make_exact
@@ -72,7 +72,7 @@ class Robust(Params):
             return self._rejected("no placement of one map on the other at a scale within bounds", maps)
         # make the placements exact
         answers, is_mirrored = make_exact(pair, ranking, fixed, moving, bounds), False
-        if not answers[0].evidence.is_sure:
+        if not (answers[0].evidence.is_sure or isinstance(hint, Guess)):
             answers, is_mirrored = self._challenge_by_mirror(answers, result, fixed, moving, bounds, rng)
         # decide
         verdict, reason = self._decide(answers[0], is_mirrored, maps)
