@@ -226,9 +226,9 @@ exact on them. Other places: 72 pairs, each turned by any angle and rescaled by 
 MISSED_EXPLAINED = """Pairs of one place that are not right and accepted, and pairs of two places that are accepted or
 failed; a pair of two places called ambiguous is not merged, and counts in the table above only.
 """
-CONFIDENCE_EXPLAINED = """The confidence is the probability that the best candidate is right. The model of
-rigid maps that says it was fitted to simulated pairs, that of bent maps to these development maps: what it is worth on
-others is in [trust](../trust/README.md). All rows of the table above.
+CONFIDENCE_EXPLAINED = """The confidence is the probability that the best candidate is right. It was fitted to
+simulated pairs and to real ones, these among them: what it is worth on others is what `rectbench calibrate` prints for
+the places that it leaves out, and in [trust](../trust/README.md). All rows of the table above.
 """
 ABLATION_EXPLAINED = """On the turned and rescaled hand-held pairs and floor plans (33 + 15) and all laser pairs (15
 required, 1 optional, 6 of other places): right and accepted, right whatever the verdict, wrong and accepted (of all),
