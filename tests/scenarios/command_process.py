@@ -15,7 +15,8 @@ import numpy as np
 from tests.scenarios.dataset.test_reader import ROW
 
 HOME = Path(__file__).parents[2]
-START = [sys.executable, "-c", "from scenarios.cli.main import main; main()"]
+HEEDS_CTRL_C = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"  # ignored in the background
+START = [sys.executable, "-c", f"{HEEDS_CTRL_C}; from scenarios.cli.main import main; main()"]
 
 
 def tiny_pairs(root: Path, count: int) -> Path:
