@@ -15,7 +15,7 @@ import numpy as np
 from rectmerge.errors import InputError, MapFileError
 from rectmerge.extras import missing
 from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS, OCCUPIED, UNKNOWN, OccupancyGrid, unusable
-from rectmerge.io.bag_sizes import bounded_chunks
+from rectmerge.io.bag_sizes import bounded_sizes
 from rectmerge.io.image_file import BROKEN, require_file
 
 MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
@@ -123,7 +123,7 @@ def _opened(file: Path) -> Iterator[_Bag]:
     store = get_typestore(Stores.ROS1_NOETIC if is_first else Stores.ROS2_HUMBLE)
     decode = store.deserialize_ros1 if is_first else store.deserialize_cdr
     try:
-        with bounded_chunks(), rosbag1.Reader(file) if is_first else rosbag2.Reader(file) as reader:
+        with bounded_sizes(), rosbag1.Reader(file) if is_first else rosbag2.Reader(file) as reader:
             yield _Bag(reader.connections, reader.messages, decode)
     except MapFileError:
         raise

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError
 from rectmerge.io.json_text import plain
 from scenarios.execution.journal import Journal
+from scenarios.execution.terminal import open_with_progress
 from scenarios.scoring.row import Row, row_fault
 
 RECORD, MACHINE, RESULTS, SUMMARY = "run.toml", "machine.json", "results.jsonl", "summary.json"
@@ -92,8 +93,15 @@ def open_results(out: str | Path, record: str, *, force: bool) -> Iterator[Resul
         yield Results(journal)
 
 
-def read_row_file(path: Path) -> Iterator[Row]:
+def read_row_file(path: Path, *, has_progress: bool = False) -> Iterator[Row]:
     """Read rows one by one.
+
+    Parameters
+    ----------
+    path
+        ``results.jsonl`` of a run.
+    has_progress
+        Show on a terminal how far a large file is read.
 
     Raises
     ------
@@ -101,10 +109,10 @@ def read_row_file(path: Path) -> Iterator[Row]:
         If a line is not a row.
     """
     try:
-        lines = path.open("rb")
+        opened = open_with_progress(path) if has_progress else path.open("rb")
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    with lines:
+    with opened as lines:
         for number, line in enumerate(lines, start=1):
             try:
                 row = json.loads(line)

@@ -133,7 +133,7 @@ def read_rows(folder: str | Path) -> list[Row]:
     for name in (RESULTS, SUMMARY):
         if not (Path(folder) / name).is_file():
             raise InputError(f"{folder}: no finished run: there is no {name} in it")
-    return list(read_row_file(Path(folder) / RESULTS))
+    return list(read_row_file(Path(folder) / RESULTS, has_progress=True))
 
 
 def _run_tasks(

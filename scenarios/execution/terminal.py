@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Protocol
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
 from rectmerge.cli import console
 
 if TYPE_CHECKING:
     from scenarios.scoring.row import Row
 
+LARGE_BYTES = 50_000_000  # a file that takes more than a second or two to read
 SPEED_OVER_S = 600.0  # a mission takes its time: what is left is guessed from the last minutes
 
 
@@ -61,6 +63,23 @@ def progress(total: int) -> Iterator[Advance]:
             bars.update(task, advance=count, description=word, rate=rate)
 
         yield advance
+
+
+def open_with_progress(path: Path) -> AbstractContextManager[BinaryIO]:
+    """Open a file; where it is large and stderr is a terminal, show there how far it is read.
+
+    Raises
+    ------
+    OSError
+        If it cannot be opened.
+    """
+    import rich.progress
+    from rich.console import Console
+
+    screen = Console(stderr=True)
+    if console.is_quiet() or not screen.is_terminal or path.stat().st_size < LARGE_BYTES:
+        return path.open("rb")
+    return rich.progress.open(path, "rb", description=f"reading {path.parent.name}", console=screen, transient=True)
 
 
 def resume_callback(advance: Advance, total: int) -> Callable[[int], None]:

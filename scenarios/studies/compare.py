@@ -124,7 +124,7 @@ def _read_rows(path: Path) -> dict[tuple[str, str], Compared]:
     if not file.is_file() or (path.is_dir() and not (path / SUMMARY).is_file()):
         raise InputError(f"{path}: no finished run; name its folder or its {RESULTS}")
     kept = {}
-    for row in read_row_file(file):
+    for row in read_row_file(file, has_progress=True):
         try:
             kept[row["method"], row["pair_id"]] = _compared(row)
         except (KeyError, TypeError) as error:

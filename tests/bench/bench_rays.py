@@ -18,7 +18,7 @@ HEIGHT_M, REACH_M = 0.25, 12.0
 @pytest.mark.parametrize("beams", [360, 1081])
 @pytest.mark.parametrize("caster", ["compiled", "pybullet"])
 def test_rays(benchmark, caster, beams):
-    world = make_world(Office(size_m=(30.0, 20.0), rooms=12), 0)
+    world = make_world(Office(size_m=(30.0, 20.0), rooms=12), 0).at_visit(0)
     poses = np.array([[*room.spot, 0.4 * k] for k, room in enumerate(world.rooms)])
     angles = np.linspace(-math.pi, math.pi, beams, endpoint=False)
     with physics(world) as engine:
