@@ -18,7 +18,7 @@ def inspect(
     reading: MapOptions,
     json: Json = False,
 ) -> None:
-    """Draw a map's rectangles and orientation, and report its size and its own accuracy."""
+    """Draw a map's rectangles and orientation, and report its size, accuracy, specks and frontiers."""
     from rectmerge.cli.map_options import input_files, read_maps
     from rectmerge.io.atomic_file import replace_file, require_other
     from rectmerge.io.image_file import encode_image

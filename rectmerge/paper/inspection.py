@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.analysis.descriptors import MapDescriptors, describe_map
 from rectmerge.analysis.quality import MapQuality, measure_quality
 from rectmerge.drawing.maps import Picture, draw_parallels, draw_rectangles, draw_series, side_by_side
 from rectmerge.grid import UNKNOWN, OccupancyGrid
@@ -25,7 +26,7 @@ LEGEND_LABELS = 8  # of a series: laser maps have series of 50 labels, and such 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Inspection:
-    """Rectangles, orientation and accuracy of a map.
+    """Rectangles, orientation, accuracy and descriptors of a map.
 
     Parameters
     ----------
@@ -39,6 +40,8 @@ class Inspection:
         The orientation by Algorithm 3, None where no edges are parallel.
     quality
         The map's own accuracy.
+    descriptors
+        Its specks, pinholes, slivers, frontiers and gaps.
     """
 
     grid: OccupancyGrid
@@ -46,6 +49,7 @@ class Inspection:
     series: dict[Side, list[int]]
     orientation: Orientation | None
     quality: MapQuality
+    descriptors: MapDescriptors
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain data for JSON; rectangles are (x, y, w, h) in cells, labels count from 1."""
@@ -65,6 +69,7 @@ class Inspection:
             "largest_neighbours": {str(side): labels for side, labels in self.series.items()},
             "upright_after_deg": turn,
             "quality": self.quality.as_dict(),
+            "descriptors": self.descriptors.as_dict(),
         }
 
     def __str__(self) -> str:
@@ -75,6 +80,9 @@ class Inspection:
         quality = self.quality.as_dict()
         thickness, straight = quality.get("wall_thickness_cells"), quality.get("straightness")
         walls = "no walls" if straight is None else f"{thickness:.1f} cells thick, {straight:.0%} straight"
+        details = self.descriptors
+        near_walls = details.specks_near_walls
+        places = "" if near_walls is None else f", {near_walls:.0%} of them near walls"
         largest = ", ".join(f"{w} x {h}" for _, _, w, h in data["rectangles"]["largest"][:3])
         return "\n".join(
             [
@@ -84,6 +92,9 @@ class Inspection:
                 f"  orientation  {upright}",
                 f"  walls        {walls}",
                 f"  speckle      {quality['speckle']:.2%} of the known cells stand alone",
+                f"  specks       {details.specks or 0.0:.2f} per 100 free cells{places}",
+                f"  floor        {details.pinholes or 0.0:.1f} % pinholes, {details.slivers or 0.0:.1f} % slivers,"
+                f" {details.frontier_share or 0.0:.0%} of its border open",
             ]
         )
 
@@ -122,7 +133,7 @@ def inspect_map(grid: OccupancyGrid) -> Inspection:
     """
     r_map = rmap(grid.free)
     series, orientation = largest_neighbours(r_map, 1), orthogonal_orientation(r_map)
-    return Inspection(grid, r_map, series, orientation, measure_quality(grid))
+    return Inspection(grid, r_map, series, orientation, measure_quality(grid), describe_map(grid))
 
 
 def _first_few(labels: Sequence[int]) -> str:

@@ -16,6 +16,8 @@ def test_inspect_tells_and_draws(tmp_path, capsys):
     assert (inspection["width"], inspection["height"], inspection["resolution"]) == (163, 113, 0.05)
     assert inspection["rectangles"]["count"] == len(drawing.ROOMS) + len(drawing.MORE_ROOMS) + 11  # and the doors
     assert inspection["rectangles"]["largest"][0] == [12, 12, 60, 38]
+    assert inspection["descriptors"]["specks"] == 0.0
+    assert inspection["descriptors"]["frontier_share"] == 0.0
     with Image.open(tmp_path / "a.png") as drawn:
         assert drawn.size[0] > 2 * 163
 
