@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,8 +15,10 @@ from rectmerge.cli.placement_options import parse_point
 from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
+    from rectmerge.elastic.transform import BentTransform
     from rectmerge.fleet.record import FleetFile
     from rectmerge.results.alignment_json import AlignmentFile
+    from rectmerge.similarity import Similarity
     from rectmerge.transfer.transform import Form, Transform
 
 MIN_MISFIT = 0.0005  # a smaller misfit would be printed as 0.000
@@ -65,61 +68,112 @@ def transform(
     Of a merge of more than two maps there is a line for each map but the references, whose frames are the parents.
     """
     from rectmerge.fleet.record import FleetFile
-    from rectmerge.io.atomic_file import replace_file
+
+    options = _Options(_form(form), candidate, parent, child, points, trajectory, at, output)
+    options.check()
+    if (fleet := FleetFile.find(folder)) is not None:
+        _print_fleet(FleetFile.read(fleet), options)
+    else:
+        _print_pair(folder, options)
+
+
+@dataclass(frozen=True)
+class _Options:
+    """Options of the command."""
+
+    form: Form
+    candidate: int | None
+    parent: str | None
+    child: str | None
+    points: Path | None
+    trajectory: Path | None
+    at: str | None
+    output: Path | None
+
+    @property
+    def carried(self) -> Path | None:
+        """File whose points or poses are carried to map A."""
+        return self.points or self.trajectory
+
+    @property
+    def place(self) -> tuple[float, float] | None:
+        """Point of map B at which the transform is to be right."""
+        return None if self.at is None else parse_point(self.at)
+
+    @property
+    def for_two(self) -> list[object]:
+        """Options that mean nothing for more than two maps."""
+        return [self.candidate, self.child, self.points, self.trajectory, self.at]
+
+    def check(self) -> None:
+        """Refuse options that contradict each other, before any file is read."""
+        if self.output is not None and self.carried is None:
+            raise InputError("-o names the file for carried points; give them with --points or --trajectory")
+        given = {"--at": self.place, "--points": self.points, "--trajectory": self.trajectory}
+        if len(exclusive := [name for name, value in given.items() if value is not None]) > 1:
+            raise InputError(f"{' and '.join(exclusive)} exclude each other")
+
+
+def _form(name: str) -> Form:
+    from rectmerge.transfer.transform import FORMS as KNOWN
+
+    known = {form: form for form in KNOWN}
+    if name not in known:
+        raise InputError(f"--as: {name!r} is not one of {FORMS}")
+    return known[name]
+
+
+def _print_pair(folder: Path, options: _Options) -> None:
+    """Print the transform of a merge of two maps, or carry points or a trajectory through it."""
     from rectmerge.results.alignment_json import AlignmentFile
     from rectmerge.results.saved_alignment import SavedAlignment
     from rectmerge.results.saved_bend import read_bend
-    from rectmerge.transfer.points import carry_points
-    from rectmerge.transfer.trajectory import carry_trajectory
-    from rectmerge.transfer.transform import FORMS as KNOWN
 
-    known = {name: name for name in KNOWN}
-    if form not in known:
-        raise InputError(f"--as: {form!r} is not one of {FORMS}")
-    carried = points or trajectory
-    if output is not None and carried is None:
-        raise InputError("-o names the file for carried points; give them with --points or --trajectory")
-    given = {"--at": at, "--points": points, "--trajectory": trajectory}
-    if len(exclusive := [name for name, value in given.items() if value is not None]) > 1:
-        raise InputError(f"{' and '.join(exclusive)} exclude each other")
-    place = None if at is None else parse_point(at)
-    if (fleet := FleetFile.find(folder)) is not None:
-        _print_fleet(FleetFile.read(fleet), known[form], parent, (candidate, child, points, trajectory, at))
-        return
     file = AlignmentFile.read(folder)
     alignment = SavedAlignment.from_file(file)
-    if candidate is None and alignment.verdict != "accepted":
+    if options.candidate is None and alignment.verdict != "accepted":
         verdict, count = f"{alignment.verdict}, {alignment.reason}", len(alignment.candidates)
         console.say(f"rectmerge: {folder}: {verdict}; --candidate K takes one of its {count}")
         raise typer.Exit(console.STATUS[alignment.verdict])
-    placement = alignment.candidate(candidate or 1)
-    bend = read_bend(file) if candidate in (None, 1) else None
-    if place is not None:
-        placement = placement.at(place, bend)
-    if carried is not None:
-        _refuse(output, carried, file)
-        carry = carry_points if trajectory is None else carry_trajectory
-        text = carry(_text(carried), carried.name, placement.b_to_a if bend is None else bend)
-    else:
-        frame_a, frame_b = alignment.frame_names(parent, child)
-        text = placement.format(known[form], parent=frame_a, child=frame_b) + "\n"
-    for note in _notes(placement, has_scale=carried is not None or form == "matrix"):
-        console.note(f"rectmerge: {note}")
-    if bend is not None and carried is None and place is None:
+    placement = alignment.candidate(options.candidate or 1)
+    bend = read_bend(file) if options.candidate in (None, 1) else None
+    if options.carried is not None:
+        _carry(options.carried, options, file, placement.b_to_a if bend is None else bend)
+        _note(_notes(placement, has_scale=True))
+        return
+    if options.place is not None:
+        placement = placement.at(options.place, bend)
+    frame_a, frame_b = alignment.frame_names(options.parent, options.child)
+    text = placement.format(options.form, parent=frame_a, child=frame_b)
+    _note(_notes(placement, has_scale=options.form == "matrix"))
+    if bend is not None and options.place is None:
         moved = file.record["unbent"]["largest_move"] * bend.cell_size
-        console.note(
-            f"rectmerge: map B was bent by up to {moved:.3g} {bend.unit}, which one transform cannot carry; "
+        _note([
+            f"map B was bent by up to {moved:.3g} {bend.unit}, which one transform cannot carry; "
             "--at X,Y gives the one that is right at a point of map B"
-        )
-    if output is None:
+        ])  # fmt: skip
+    console.tell(text)
+
+
+def _carry(carried: Path, options: _Options, file: AlignmentFile, through: Similarity | BentTransform) -> None:
+    """Carry the points or the trajectory of a file to map A, and print or write them."""
+    from rectmerge.io.atomic_file import replace_file
+    from rectmerge.transfer.points import carry_points
+    from rectmerge.transfer.trajectory import carry_trajectory
+
+    _refuse(options.output, carried, file)
+    carry = carry_points if options.trajectory is None else carry_trajectory
+    text = carry(_text(carried), carried.name, through)
+    if options.output is None:
         console.tell(text, ends_line=False)
     else:
-        replace_file(output, text.encode())
+        replace_file(options.output, text.encode())
 
 
-def _print_fleet(file: FleetFile, form: Form, parent: str | None, refused: tuple[object, ...]) -> None:
+def _print_fleet(file: FleetFile, options: _Options) -> None:
     """Print the transforms of a merge of more than two maps, a line or a matrix each."""
-    if any(option is not None for option in refused):
+    form, parent = options.form, options.parent
+    if any(option is not None for option in options.for_two):
         raise InputError(
             f"{file.path.parent}: holds more than two maps; --candidate, --child, --points and --at are for two"
         )
@@ -155,6 +209,11 @@ def _require_metres(file: FleetFile, form: Form) -> None:
     if form in ("ros1", "ros2"):
         raise InputError(f"TF is in metres, but {fault}")
     console.note(f"rectmerge: {fault}")
+
+
+def _note(lines: Iterable[str]) -> None:
+    for line in lines:
+        console.note(f"rectmerge: {line}")
 
 
 def _notes(placement: Transform, *, has_scale: bool) -> Iterator[str]:
