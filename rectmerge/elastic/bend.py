@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rectmerge.analysis.double_walls import double_wall_share
 from rectmerge.elastic.straightening import straighten
 from rectmerge.elastic.transform import BentTransform, InverseTransform
 from rectmerge.elastic.warp import Warp
-from rectmerge.grid import OccupancyGrid
+from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.similarity import Similarity
 
 
@@ -136,6 +137,17 @@ class Bend:
         Where the bend is refused, it is B itself. See `rectmerge.elastic.straightening.straighten`.
         """
         return b if self.warp is None else straighten(b, self.warp)
+
+    def double_walls(self, a: OccupancyGrid, b: OccupancyGrid) -> tuple[float | None, float | None]:
+        """Measure the share of the common walls that the merged map shows twice, before B is bent and after.
+
+        The maps are those that were given to `unbend`; see `rectmerge.analysis.double_walls.double_wall_share`.
+        """
+        before = double_wall_share(a, b, self.pixels)
+        if self.warp is None:
+            return before, before
+        straight = self.straighten(b)
+        return before, double_wall_share(a, straight, map_frame_to_pixels(self.b_to_a, a, straight))
 
     def as_dict(self) -> Mapping[str, Any]:
         """Return plain data for JSON: `unbent` in ``alignment.json``."""

@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.alignment import Alignment
+from rectmerge.elastic.unbend import unbend
 from scenarios.bench.asking import TimedAnswer
 from scenarios.bench.contenders import Contender
 from scenarios.bench.external_program import MATRIX
 from scenarios.pairs.pair import MapPair
-from scenarios.pairs.truth import is_bent, known_extent
+from scenarios.pairs.truth import is_bent, known_extent, rms
+from scenarios.scoring.bends import BendValues
 from scenarios.scoring.row import Row, empty_row
 from scenarios.scoring.score import grade, measure_errors, outcome_of, stratum_of
 
@@ -49,7 +51,23 @@ def score_answer(pair: MapPair, contender: Contender, answer: TimedAnswer) -> Ro
         row["evidence"] = [dict(candidate.evidence) for candidate in alignment.candidates]
         row["errors"], row["grades"] = errors[0].as_dict() if errors else None, grades
         row["trace"] = dict(alignment.trace)
+        if (answer.checked or alignment.verdict) == "accepted":
+            row["bend"] = measure_bend(pair, alignment)
     return row
+
+
+def measure_bend(pair: MapPair, alignment: Alignment) -> BendValues:
+    """Bend B as `merge` does where it accepts an answer, and measure what that changes."""
+    bend = unbend(pair.a, pair.b, alignment)
+    walls_before, walls_after = bend.double_walls(pair.a, pair.b)
+    points = pair.control_points
+    return {
+        "accepted": bool(bend),
+        "reason": bend.reason,
+        "e_px": None if points is None else rms((bend.warp or bend.pixels).apply(points[:, 2:]) - points[:, :2]),
+        "double_walls_before": walls_before,
+        "double_walls_after": walls_after,
+    }
 
 
 def _placements(alignment: Alignment) -> list[NDArray[np.float64]]:

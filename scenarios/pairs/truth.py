@@ -152,8 +152,12 @@ def control_point_rmse(matrix: ArrayLike, control_points: NDArray[np.float64]) -
         Shape (N, 4), rows (ua, va, ub, vb).
     """
     m = np.asarray(matrix, dtype=np.float64)
-    off = control_points[:, 2:] @ m[:, :2].T + m[:, 2] - control_points[:, :2]  # (N, 2)
-    return float(np.sqrt((off**2).sum(axis=1).mean()))
+    return rms(control_points[:, 2:] @ m[:, :2].T + m[:, 2] - control_points[:, :2])
+
+
+def rms(offsets: NDArray[np.float64]) -> float:
+    """Return the root mean square length of offsets, (N, 2)."""
+    return float(np.sqrt((offsets**2).sum(axis=1).mean()))
 
 
 def is_bent(residual_over_l: float | None) -> bool:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rectmerge.analysis.overlap import measure_agreement
 from rectmerge.composing.resampling import resample
+from rectmerge.elastic.unbend import unbend
 from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.io.map_file import read_map
 from rectmerge.similarity import Similarity
@@ -51,7 +52,8 @@ class MergedQuality:
 def qualities(rows: Mapping[str, Sequence[Row]], maps: Mapping[str, RowSource]) -> dict[str, list[MergedQuality]]:
     """Measure the accepted answers of each method on pairs of one place whose building is known.
 
-    The first line, `TRUTH`, is of the same pairs merged by the true placement.
+    The first line, `TRUTH`, is of the same pairs merged by the true placement. Answers whose map B was bent have two
+    lines of their own, "as placed" and "unbent".
     """
     by_method: dict[str, list[MergedQuality]] = {}
     scenes: dict[str, MergeScene | None] = {}
@@ -62,7 +64,11 @@ def qualities(rows: Mapping[str, Sequence[Row]], maps: Mapping[str, RowSource]) 
             if row["pair_id"] not in scenes:
                 scenes[row["pair_id"]] = MergeScene.from_source(maps[row["pair_id"]])
             if (scene := scenes[row["pair_id"]]) and (candidates := row["candidates"]):
-                by_method.setdefault(label, []).append(scene.quality(Similarity.from_matrix(candidates[0])))
+                pixels = Similarity.from_matrix(candidates[0])
+                by_method.setdefault(label, []).append(scene.quality(pixels))
+                if (bend := row.get("bend")) and bend["accepted"]:
+                    by_method.setdefault(f"{label}, as placed", []).append(by_method[label][-1])
+                    by_method.setdefault(f"{label}, unbent", []).append(scene.unbent_quality(pixels))
     truths = [scene.quality(scene.truth) for scene in scenes.values() if scene]
     return {TRUTH: truths, **by_method} if truths else {}
 
@@ -91,8 +97,18 @@ class MergeScene:
 
     def quality(self, b_to_a: Similarity) -> MergedQuality:
         """Merge the maps on the building's raster and compare."""
+        return self._compare(self.b, b_to_a)
+
+    def unbent_quality(self, b_to_a: Similarity) -> MergedQuality:
+        """Merge the maps with B bent as `rm.unbend` does, and compare."""
+        bend = unbend(self.a, self.b, b_to_a)
+        straight = bend.straighten(self.b)
+        return self._compare(straight, map_frame_to_pixels(bend.b_to_a, self.a, straight))
+
+    def _compare(self, placed: OccupancyGrid, b_to_a: Similarity) -> MergedQuality:
+        """Compare A and a map placed on it with the building."""
         placements = [Similarity(), self.a_to_world, self.a_to_world @ b_to_a]
-        layers, _ = resample([self.world, self.a, self.b], placements)
+        layers, _ = resample([self.world, self.a, placed], placements)
         world, a, b = map(OccupancyGrid, layers)
         occupied, walls = a.occupied | b.occupied, world.occupied
         free = (a.free | b.free) & ~occupied
@@ -106,7 +122,7 @@ class MergeScene:
             free_iou=float((free & world.free).sum() / max(1, (free | world.free).sum())),
             wall_distance_m=float(distances[occupied].mean()) * self.world.cell_size if occupied.any() else 0.0,
             omega=_share(both, a.free == b.free),
-            overlap=measure_agreement(self.a, self.b, b_to_a).overlap,
+            overlap=measure_agreement(self.a, placed, b_to_a).overlap,
         )
 
 

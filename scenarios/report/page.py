@@ -11,6 +11,7 @@ from rectmerge.extras import require_extras
 from rectmerge.io.atomic_file import replace_file
 from rectmerge.view.embedding import as_script, package_text
 from scenarios.report import charts, merged_quality
+from scenarios.report.bends import bend_cells
 from scenarios.report.gallery import gallery
 from scenarios.report.latex import latex
 from scenarios.report.reading import Runs, TrackResults
@@ -83,6 +84,7 @@ def _section(track_results: TrackResults, runs: Runs) -> dict[str, Any]:
         "tie": tie(lines),
         "shown": list(shown),
         "merged": merged_quality.as_cells(merged_quality.qualities(shown, runs.maps)),
+        "bends": bend_cells(track_results.by_method()),
         "success": charts.success_charts(shown),
         "recall": charts.recall_chart(shown),
         "time": charts.time_chart(lines),

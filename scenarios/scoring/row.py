@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any, TypedDict, get_args
 
 from rectmerge.alignment import Verdict
+from scenarios.scoring.bends import BendValues
 from scenarios.scoring.score import RIGHT, ErrorValues, Grade, Outcome, Stratum
 
 MOST = 1e300  # of a number in a row: more are damage
@@ -47,6 +48,7 @@ class Row(TypedDict):
     evidence: list[dict[str, float]] | None  # of each candidate
     grades: list[Grade] | None  # of each candidate; empty without truth
     errors: ErrorValues | None
+    bend: BendValues | None  # of an answer that `merge` would write, by the checked verdict
     seconds: Seconds | None
     peak_mb: float | None
     reason: str
@@ -90,6 +92,7 @@ def empty_row(
         "evidence": None,
         "grades": None,
         "errors": None,
+        "bend": None,
         "seconds": None,
         "peak_mb": None,
         "reason": reason,
@@ -113,7 +116,8 @@ def row_fault(row: object) -> str:
         if not isinstance(row.get(key), kind | None):
             return f"{key} must be of type {kind.__name__} or null"
     numbers = {key: row.get(key) for key in ("overlap", "residual_px", "extent_px", "peak_mb")}
-    return _numbers_fault(numbers | (row.get("seconds") or {}) | (row.get("errors") or {}))
+    bend = {key: value for key, value in (row.get("bend") or {}).items() if key != "reason"}
+    return _numbers_fault(numbers | (row.get("seconds") or {}) | (row.get("errors") or {}) | bend)
 
 
 def _numbers_fault(numbers: Mapping[str, Any]) -> str:
@@ -125,7 +129,8 @@ def _numbers_fault(numbers: Mapping[str, Any]) -> str:
 
 
 _CONTAINERS = MappingProxyType(
-    {"candidates": list, "evidence": list, "grades": list, "errors": dict, "seconds": dict, "info": dict, "trace": dict}
+    dict.fromkeys(("candidates", "evidence", "grades"), list)
+    | dict.fromkeys(("errors", "bend", "seconds", "info", "trace"), dict)
 )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.scoring.bends import BendTally
 from scenarios.scoring.score import RIGHT
 from scenarios.scoring.statistics import mean_of_places, rate_of_places
 
@@ -64,6 +65,7 @@ class _Tally:
         self._places: dict[str, list[int]] = {}  # rows, right-accepted, wrong-accepted
         self._errors, self._errors_right, self._walls = array("d"), array("d"), array("d")
         self._missed, self._not_right = array("d"), array("b")
+        self._bends = BendTally()
 
     def add(self, row: Mapping[str, Any]) -> None:
         outcome, best = row["outcome"], row["grades"][0] if row["grades"] else "none"
@@ -76,6 +78,7 @@ class _Tally:
         # a row without a candidate is as bad as can be
         error = float(row["errors"]["e_px"]) if row["errors"] else math.inf
         self._errors.append(error)
+        self._bends.add(row)
         if right:
             self._errors_right.append(error)
         if row["seconds"]:
@@ -99,6 +102,7 @@ class _Tally:
             "median_e_px": _median(self._errors),
             "median_e_px_right": _median(self._errors_right),
             "median_wall_s": _median(self._walls),
+            "bends": self._bends.summary(),
             "brier": _mean(self._missed),
             "share_of_answers_not_right": _mean(self._not_right),
         }

@@ -17,6 +17,8 @@ from rectmerge.io.atomic_file import replace_file
 from scenarios.dataset.reader import RowSource, open_dataset
 from scenarios.execution.executors import describe_machine
 from scenarios.pairs.pair import MapPair, PairSource
+from scenarios.pairs.truth import rms
+from scenarios.scoring.bends import CHANGE
 from scenarios.studies.headline import markdown
 from scenarios.suites.suite import load_suite
 
@@ -32,7 +34,6 @@ GROUPS = {  # by variant; lasers may have none
 SUITE = "bent"  # of simulated pairs
 MIN_POINTS = 100  # control points, from which the best bend is known
 ERRORS = ("e_similarity", "e_best", "e_best_bend", "e_unbent")
-CHANGE = 0.1  # of the error, from which a pair counts as better or worse
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,11 +141,6 @@ def best_bend_error(points: NDArray[np.float64], targets: NDArray[np.float64]) -
         fitted, held = slice(start, None, 2), slice(1 - start, None, 2)
         left[held] = fit_to_points(points[fitted], targets[fitted]).apply(points[held]) - targets[held]
     return rms(left)
-
-
-def rms(offsets: NDArray[np.float64]) -> float:
-    """Return the root mean square length of offsets, (N, 2)."""
-    return float(np.sqrt((offsets**2).sum(axis=1).mean()))
 
 
 def write_unbending(maps: str | Path, output: Path, *, on_done: Callable[[str], None]) -> None:

@@ -1,14 +1,20 @@
 from dataclasses import dataclass, replace
 
+import numpy as np
 import pytest
 
 from rectmerge.aligning import align
+from rectmerge.alignment import Alignment, Candidate
+from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 from scenarios.bench.asking import ask
 from scenarios.bench.contenders import Contender
-from scenarios.bench.rows import score_answer
-from tests.scenarios.known_answers import Failing, Fixed, contender, pair
+from scenarios.bench.rows import measure_bend, score_answer
+from tests.rectmerge.elastic.bent_maps import bent_view, large_building, random_displacement
+from tests.scenarios.known_answers import Failing, Fixed, contender, grid, pair
 
+BENT_ON = Similarity(0.8, 0.3, 60.0, -40.0)
+BEND = random_displacement(1, large_building().shape, spacing=200, size=14)
 CONTRACT = {
     *("task_id", "pair_id", "suite", "place", "method", "outcome", "verdict", "confidence", "candidates", "errors"),
     *("overlap", "seconds", "peak_mb", "reason"),
@@ -29,6 +35,43 @@ def test_a_right_answer_is_a_full_row():
     assert scored["errors"]["e_over_l"] == pytest.approx(0.3 / (40**2 + 60**2) ** 0.5)
     assert scored["candidates"] == [[[1.0, 0.0, 4.3], [0.0, 1.0, 2.0]]]
     assert scored["seconds"]["wall"] > 0
+
+
+def test_a_bend_is_tried_on_what_merge_would_write():
+    the_pair, entry = pair(b=OccupancyGrid(grid().occupancy[2:, 4:])), contender(Fixed(tx=4.3))
+    answer = ask(the_pair, entry)
+
+    tried, not_tried = (
+        score_answer(the_pair, entry, replace(answer, checked=checked))["bend"] for checked in ("accepted", "rejected")
+    )
+
+    assert not_tried is None
+    assert tried == {
+        "accepted": False,
+        "reason": tried["reason"],
+        "e_px": pytest.approx(0.3),
+        "double_walls_before": 0.0,
+        "double_walls_after": 0.0,
+    }
+    assert "too few walls" in tried["reason"]
+
+
+def test_a_bent_pair_is_scored_before_and_after():
+    a, b = large_building(), bent_view(large_building(), BENT_ON, BEND, (560, 720))
+    at_b = np.argwhere(b.free)[::997, ::-1].astype(float)
+    at_a = BEND.apply(BENT_ON.apply(at_b))
+    fit = Similarity.fit(at_b, at_a)
+    answer = Alignment(
+        verdict="accepted", reason="", method="m", candidates=(Candidate.from_pixels(fit, a, b, confidence=0.9),)
+    )
+
+    bend = measure_bend(pair(a=a, b=b, control_points=np.hstack([at_a, at_b])), answer)
+
+    assert bend["accepted"], bend["reason"]
+    assert bend["e_px"] < 0.5 * np.sqrt(((fit.apply(at_b) - at_a) ** 2).sum(axis=1).mean())
+    assert bend["double_walls_after"] < 0.5 * bend["double_walls_before"]
+    unrelated = measure_bend(pair(a=a, b=b, related=False), answer)
+    assert unrelated == {**bend, "e_px": None}
 
 
 @dataclass(frozen=True)
