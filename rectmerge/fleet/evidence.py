@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ from rectmerge.robust.confidence_model import RIGID_TERMS
 from rectmerge.robust.params import ConfidenceParams
 
 Pair = tuple[int, int]  # indices of two maps, the smaller first
+Witness = Callable[[Pair, ComplexSimilarity], float]  # log-odds of a placement of a pair by walls, without a search
 CROSS = np.array([0, 1, 1j, -1, -1j], np.complex128)
 MIN_SHARED_POINTS = 5
 MIN_RADIUS_CELLS = 3.0
@@ -74,11 +75,15 @@ class Evidence:
         Samples of the maps; their indices name them.
     params
         Parameters of the log-odds and of agreement.
+    witness
+        Measures one placement of a pair by the walls.
     """
 
-    def __init__(self, maps: Sequence[MapSample], params: EvidenceParams) -> None:
+    def __init__(self, maps: Sequence[MapSample], params: EvidenceParams, witness: Witness) -> None:
         self.maps = maps
         self.params = params
+        self._witness = witness
+        self._measured: dict[Pair, list[tuple[ComplexSimilarity, float]]] = {}
         self.candidates: dict[Pair, Sequence[PairCandidate]] = {}
         self._stacks: dict[Pair, _Stack] = {}
         self._partners: list[set[int]] = [set() for _ in maps]
@@ -116,12 +121,45 @@ class Evidence:
         """Measure the overlap of a pair under a placement of its second map on its first."""
         return overlap(self.maps[pair[0]], self.maps[pair[1]], placement)[0]
 
+    def is_measured(self, pair: Pair, placement: ComplexSimilarity) -> bool:
+        """Return whether the walls were asked about a placement of a pair, or one that is the same."""
+        return self._walls_at(pair, placement) is not None
+
+    def measure(self, pair: Pair, placement: ComplexSimilarity) -> None:
+        """Ask the walls of both maps about a placement of a pair."""
+        self._measured.setdefault(pair, []).append((placement, self._witness(pair, placement)))
+
     def support(self, pair: Pair, placement: ComplexSimilarity) -> Support:
         """Return the support of an asked pair for a placement of its second map on its first.
 
         A candidate that agrees gives its log-odds; where none does, the pair speaks against a placement the more, the
-        larger the overlap that its own search should have found.
+        larger the overlap that its own search should have found. Where the walls were asked they have the last word
+        against it: no more is said for a placement than they say.
         """
+        support = self._told(pair, placement)
+        walls = self._walls_at(pair, placement)
+        if walls is None:
+            return support
+        bonus = 0.0 if support.candidate is None else support.candidate.bonus
+        return support._replace(nats=min(support.nats, max(walls, self.params.max_contradiction) + bonus))
+
+    def _walls_at(self, pair: Pair, placement: ComplexSimilarity) -> float | None:
+        """Return what the walls say of a placement; None where they were not asked."""
+        second = self.maps[pair[1]]
+        reach = (
+            self.params.max_sigmas
+            * self.params.tolerance
+            * min(self.maps[pair[0]].diagonal, placement.scale * second.diagonal)
+        )
+        near = [
+            (away, nats)
+            for at, nats in self._measured.get(pair, ())
+            if (away := rms(at.apply(second.landmarks) - placement.apply(second.landmarks))) < reach
+        ]
+        return min(near)[1] if near else None
+
+    def _told(self, pair: Pair, placement: ComplexSimilarity) -> Support:
+        """Return the support by the answer of a pair alone."""
         params, stack = self.params, self._stacks[pair]
         if len(stack.span):
             sigmas = stack.distances(placement) / params.tolerance

@@ -62,7 +62,7 @@ class JoinScorer:
         scored = [self._score(placement, pairs, set(left)) for placement in proposals]
         best = max(range(len(scored)), key=lambda index: scored[index][0])
         others = [nats for index, (nats, _) in enumerate(scored) if index != best]
-        chances = math.log(len(pairs))  # of a false edge between the two
+        chances = math.log(len(left) * len(right))  # of a false edge between the two
         log_odds = scored[best][0] - chances - float(np.logaddexp.reduce([0.0, *others]))
         return Join(tuple(left), tuple(right), proposals[best], log_odds, scored[best][1])
 
@@ -73,7 +73,7 @@ class JoinScorer:
             self._score(placement, pairs, set(left))[0]
             for placement in self._proposals(left, right, pairs, first=ComplexSimilarity())
         ]
-        return nats[0] - math.log(max(1, len(pairs))) - float(np.logaddexp.reduce([0.0, *nats[1:]]))
+        return nats[0] - math.log(len(left) * len(right)) - float(np.logaddexp.reduce([0.0, *nats[1:]]))
 
     def _proposals(
         self,

@@ -85,6 +85,9 @@ class Joining:
                 else:
                     self._forget(best.left[0], best.right[0])
                 continue
+            if self._measure(best):
+                self._forget(best.left[0], best.right[0])
+                continue
             self._make(best)
 
     def _reconsider_all(self, *, is_cut_only: bool = False) -> bool:
@@ -190,6 +193,23 @@ class Joining:
                     if share >= params.implied_overlap:
                         implied.append((-share, pair))
         return [pair for _, pair in sorted(implied)[: params.asked_at_once]]
+
+    def _measure(self, join: Join) -> bool:
+        """Ask the walls of all pairs that a join by few of them lays on each other; return whether any are new."""
+        if len(join.agreeing) > self.params.join.few_agreeing:
+            return False
+        is_new = False
+        agreeing = {candidate.pair for candidate in join.agreeing}
+        for pair in self.evidence.between(join.left, join.right):
+            first, second = (
+                self.poses[index] if index in join.left else join.placement @ self.poses[index] for index in pair
+            )
+            placement = first.inverse() @ second
+            is_laid = pair in agreeing or self.evidence.overlap(pair, placement) >= self.params.join.implied_overlap
+            if is_laid and not self.evidence.is_measured(pair, placement):
+                self.evidence.measure(pair, placement)
+                is_new = True
+        return is_new
 
     def _make(self, join: Join) -> None:
         """Join two components."""

@@ -23,6 +23,7 @@ from rectmerge.fleet.joining import Joining
 from rectmerge.fleet.map_sample import MapSample
 from rectmerge.fleet.params import FleetParams
 from rectmerge.fleet.signature import partners, signature, similarities
+from rectmerge.fleet.wall_witness import WallWitness
 from rectmerge.grid import OccupancyGrid, unusable
 from rectmerge.methods import DEFAULT_METHOD
 
@@ -89,7 +90,7 @@ def build_graph(
     samples = {name: MapSample.from_grid(grid) for name, grid in named.items() if name not in faults}
     names = sorted(samples, key=lambda name: (samples[name].digest, order[name]))  # the same however they are given
     grids = [named[name] for name in names]
-    evidence = Evidence([samples[name] for name in names], params.evidence)
+    evidence = Evidence([samples[name] for name in names], params.evidence, WallWitness(grids).log_odds)
     before = Earlier.of(earlier, names, samples)
     questions = Questions(
         grids, names, [order[name] for name in names], evidence, ask,

@@ -34,7 +34,8 @@ def of_disagreeing(alignment: Alignment, overlap: float | None, *, is_joined: bo
         return PairAnswer(status=status, reason=f"{where}; alone the pair is {_said(alignment)}", alignment=alignment)
     if alignment:
         status = "thrown out" if is_joined else "undecided"
-        reason = f"other pairs contradict it; alone the pair is {_said(alignment)}"
+        by = "other pairs, or walls of one map on the floor of another"
+        reason = f"{by}, contradict it; alone the pair is {_said(alignment)}"
         return PairAnswer(status=status, reason=reason, alignment=alignment)
     status = "undecided" if alignment.verdict == "ambiguous" else "unrelated"
     return PairAnswer(status=status, reason=alignment.reason, alignment=alignment)

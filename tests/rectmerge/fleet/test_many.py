@@ -13,7 +13,7 @@ from rectmerge.fleet.many import align_many
 from rectmerge.grid import UNKNOWN, OccupancyGrid, pixels_to_map_frame
 from rectmerge.similarity import Similarity
 from tests import drawing
-from tests.rectmerge.fleet.fleets import Fleet, Oracle, fleet
+from tests.rectmerge.fleet.fleets import Fleet, Oracle, fleet, plan, window
 
 
 def members(graph):
@@ -179,13 +179,26 @@ def test_a_sure_but_wrong_pair_joins_no_map_of_another_building():
 
 
 def test_a_wrong_join_that_nothing_can_contradict_is_named_as_a_bridge():
-    made = fleet(2, home=3, other=1)
-    far = Similarity(1.0, 0.0, 100.0, 0.0)  # it lies on no other map
+    made = fleet(2, home=3, other=0)
+    twin, pose = window(plan(4), np.random.default_rng(0), (175.0, 175.0), 130)  # the same floor of another house
+    made.add("other0", "other", twin, pose)
 
-    graph = align_many(made.maps, method=Oracle(made, lies={("home2", "other0"): far}))
+    graph = align_many(made.maps, method=Oracle(made, lies={("home2", "other0"): made.b_to_a("home2", "other0")}))
 
     assert set(graph.placements) == set(made.maps)
     assert ("home2", "other0") in graph.bridges
+
+
+def test_a_sure_answer_about_the_only_pair_of_a_building_joins_nothing_that_the_walls_contradict():
+    for seed in range(3):
+        made = fleet(seed, home=3, other=2)
+        right = made.b_to_a("other0", "other1")
+        lie = Similarity(right.scale, right.angle + 0.8, right.tx, right.ty)
+
+        graph = align_many(made.maps, method=Oracle(made, lies={("other0", "other1"): lie}))
+
+        assert members(graph) == {frozenset({"home0", "home1", "home2"})}
+        assert "walls of one map on the floor of another" in graph.left_out["other0"]
 
 
 def test_placements_keep_the_scale_of_every_map():

@@ -18,7 +18,7 @@ PARAMS = PlaceParams(iterations=40)
 def edges_of(made, noise, seed=0):
     """Candidates of all overlapping pairs of a fleet, with some noise."""
     samples = [MapSample.from_grid(grid) for grid in made.maps.values()]
-    evidence = Evidence(samples, EvidenceParams())
+    evidence = Evidence(samples, EvidenceParams(), lambda pair, placement: 0.0)
     oracle = Oracle(made, noise=noise)
     rng = np.random.default_rng(seed)
     for (i, a), (j, b) in itertools.combinations(enumerate(made.maps), 2):
@@ -101,7 +101,7 @@ def test_a_swapped_answer_is_the_same_evidence():
     made = fleet(1, home=2, other=0, side=200)
     samples = [MapSample.from_grid(grid) for grid in made.maps.values()]
     a, b = made.maps.values()
-    there, back = Evidence(samples, EvidenceParams()), Evidence(samples, EvidenceParams())
+    there, back = (Evidence(samples, EvidenceParams(), lambda pair, placement: 0.0) for _ in range(2))
     truth = made.b_to_a("home0", "home1")
     for evidence, maps, pixels, is_swapped in ((there, (a, b), truth, False), (back, (b, a), truth.inverse(), True)):
         candidate = Candidate.from_pixels(pixels, *maps, confidence=0.9)
