@@ -1,25 +1,26 @@
-"""Missions: two robots explore one building in one simulation, and their exact readings are logged."""
+"""Missions: two robots or more explore one building in one simulation, and their exact readings are logged."""
 
 from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge.errors import SimulationError
+from rectmerge.errors import InputError, SimulationError
 from sim.bullet import Physics, physics
-from sim.missions.mission_log import FEWEST_SCANS, MissionLog, cut_to_overlap
+from sim.missions.mission_log import FEWEST_SCANS, MissionLog, RobotLog, cut_to_overlap
 from sim.missions.robot import Robot
-from sim.missions.spec import USUAL_SHARE, MissionSpec
+from sim.missions.spec import USUAL_SHARE, MissionSpec, RobotSpec
 from sim.motion.coverage import SeenFloor, compute_cuts, least_area_m2
 from sim.motion.driving import DriveField, PathPlanner, cell_centre, make_drive_field, nearest_drivable
 from sim.motion.frontiers import Frontiers
-from sim.motion.piloting import Guide, Pilot
+from sim.motion.piloting import Guide, Pilot, mind_nearest
 from sim.motion.steering import Steering
-from sim.motion.tours import choose_starts, find_stops, keep_apart, make_tour, nearest_stop, share_rooms
+from sim.motion.tours import choose_starts, find_stops, keep_apart, make_tour, middle_rooms, nearest_stop, share_rooms
 from sim.sensors.ray_casting import Caster
 from sim.world import World
 
@@ -29,6 +30,7 @@ NO_GAIN_S, GAIN = 15.0, 1.02  # a mission ends after so long without better cuts
 FAR_ENOUGH = 0.7  # starts are this times the wanted overlap nearer than as far apart as can be
 KEEPS_OFF_BELOW = 0.5  # for a smaller overlap, rooms nearer to the start of the other robot come last
 LOOKS_ALL_ROUND_DEG = 330.0
+MOST_ROBOTS = 8
 UNHURRIED = 0.5  # mean speed on a path over the top speed, turns and doors included
 
 
@@ -58,14 +60,58 @@ def run_mission(world: World, spec: MissionSpec, seed: int) -> MissionLog:
     discarded: list[str] = []
     drives, apart = _drives(world), None if spec.overlap is None else 1.0 - FAR_ENOUGH * spec.overlap
     for stream in np.random.SeedSequence(seed).spawn(spec.tries):
-        mission = _Mission(world, spec, drives, apart, np.random.default_rng(stream))
+        mission = _Mission(world, spec, (spec.a, spec.b), drives, apart, np.random.default_rng(stream))
         try:
-            log = replace(mission.run(), seed=seed, discarded=tuple(discarded))
+            a, b = mission.run()
+            log = MissionLog(world=world, spec=spec, seed=seed, a=a, b=b, discarded=tuple(discarded))
+            log = replace(log, seconds=mission.seconds())
             return log if spec.overlap is None else cut_to_overlap(log, spec.overlap)
         except SimulationError as error:
             discarded.append(str(error))
             apart = mission.better_apart()
-    raise SimulationError(f"no mission in {spec.tries} tries: {'; '.join(dict.fromkeys(discarded))}")
+    raise _no_mission(spec, discarded)
+
+
+def run_fleet(world: World, spec: MissionSpec, robots: int, seed: int) -> tuple[RobotLog, ...]:
+    """Let two to eight robots explore a building in one simulation, where they see and avoid each other.
+
+    Parameters
+    ----------
+    world
+        The building.
+    spec
+        Settings of the exploration, without a wanted overlap: robots 0, 2, 4 ... are like `a`, the others like `b`.
+    robots
+        How many.
+    seed
+        Seed of starts, headings and second looks; same input, same bytes.
+
+    Returns
+    -------
+    tuple
+        The robots' logs.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two robots or more than eight, or the spec wants an overlap.
+    SimulationError
+        As from `run_mission`.
+    """
+    if not 2 <= robots <= MOST_ROBOTS or spec.overlap is not None:
+        raise InputError(f"a fleet has 2 to {MOST_ROBOTS} robots and no overlap, got {robots} and {spec.overlap}")
+    discarded: list[str] = []
+    drives, specs = _drives(world), [(spec.a, spec.b)[k % 2] for k in range(robots)]
+    for stream in np.random.SeedSequence(seed).spawn(spec.tries):
+        try:
+            return tuple(_Mission(world, spec, specs, drives, None, np.random.default_rng(stream)).run())
+        except SimulationError as error:
+            discarded.append(str(error))
+    raise _no_mission(spec, discarded)
+
+
+def _no_mission(spec: MissionSpec, discarded: Sequence[str]) -> SimulationError:
+    return SimulationError(f"no mission in {spec.tries} tries: {'; '.join(dict.fromkeys(discarded))}")
 
 
 def _drives(world: World) -> list[DriveField]:
@@ -75,29 +121,30 @@ def _drives(world: World) -> list[DriveField]:
 
 
 class _Mission:
-    """Try of a mission: starts and guides of both robots, and the simulation that they drive in."""
+    """Try of a mission: starts and guides of the robots, and the simulation that they drive in."""
 
     def __init__(
         self,
         world: World,
         spec: MissionSpec,
+        robots: Sequence[RobotSpec],
         drives: list[DriveField],
         apart: float | None,
         rng: np.random.Generator,
     ) -> None:
         self.clock = _Clock()
-        self.world, self.spec, self.drives = world, spec, drives
-        self.specs = (spec.a, spec.b)
+        self.world, self.spec, self.specs = world, spec, robots
+        count = len(robots)
         self.a_is_left = bool(rng.random() < 0.5)
-        self.yaws = rng.uniform(-math.pi, math.pi, 2)
-        self.planners = (
-            [PathPlanner(drives[0])] * 2 if drives[0] is drives[1] else [PathPlanner(drive) for drive in drives]
-        )
+        self.yaws = rng.uniform(-math.pi, math.pi, count)
+        planners = [PathPlanner(drives[0])] * 2 if drives[0] is drives[1] else [PathPlanner(drive) for drive in drives]
+        self.drives = [drives[k % 2] for k in range(count)]  # every second robot comes at the second visit
+        self.planners = [planners[k % 2] for k in range(count)]
         self.apart = rng.uniform(0.3, 1.0) if apart is None else apart
-        self.spots = choose_starts(drives[0], self.planners[0], self.apart, rng)
+        self.spots = choose_starts(drives[0], planners[0], self.apart, rng, count)
         self.seen = [SeenFloor(robot.lidar, drives[0].is_drivable.shape) for robot in self.specs]
         self.starts: list[NDArray[np.float64]] = []
-        self.guides = [self._tour(k, rng) if self.specs[k].path == "tour" else self._frontiers(k) for k in (0, 1)]
+        self.guides = [self._tour(k, rng) if self.specs[k].path == "tour" else self._frontiers(k) for k in range(count)]
         self.best, self.best_at, self.was_below = 0.0, 0.0, False
         self.clock.lap("planning")
 
@@ -106,6 +153,8 @@ class _Mission:
         if self.spec.overlap is None:
             share = USUAL_SHARE if robot.share is None else robot.share
             rooms = share_rooms(self.world, share, from_left=self.a_is_left == (k == 0))
+            if k > 1:  # between the ends, at which the first two begin
+                rooms = middle_rooms(self.world, share, (k - 1) / (len(self.specs) - 1))
         stops = find_stops(self.drives[k], rooms, rng)
         first = 0 if self.spec.overlap is None else nearest_stop(self.planners[k], stops, self.spots[k])
         start = self._start(k, stops[first][1])
@@ -118,30 +167,31 @@ class _Mission:
         return Frontiers(self.planners[k], self.seen[k], start if self.specs[k].closes_loop else None)
 
     def _start(self, k: int, near: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Choose the start of a robot: a drivable cell near a point, apart from the other robot."""
-        start = cell_centre(*nearest_drivable(self.drives[k], near))
-        if self.starts:
-            start = keep_apart(self.drives[k], start, self.starts[0])
+        """Choose the start of a robot: a drivable cell near a point, apart from the other robots."""
+        start = keep_apart(self.drives[k], cell_centre(*nearest_drivable(self.drives[k], near)), *self.starts)
         self.starts.append(start)
         return start
 
-    def run(self) -> MissionLog:
-        """Simulate until both robots are done."""
+    def run(self) -> list[RobotLog]:
+        """Simulate until all robots are done."""
         with physics(self.world, hz=self.spec.physics_hz) as bullet:
-            robots = [self._robot(bullet, k) for k in (0, 1)]
-            for robot, other in zip(robots, robots[::-1], strict=True):
-                robot.pilot.other, robot.pilot.position = other.pilot, robot.start[:2]
+            robots = [self._robot(bullet, k) for k in range(len(self.specs))]
+            for robot in robots:
+                robot.pilot.position = robot.start[:2]
             self._drive(bullet, robots)
         for robot in robots:
             self._end(robot)
-        a, b = (robot.log(self.world) for robot in robots)
-        return MissionLog(world=self.world, spec=self.spec, seed=0, a=a, b=b, seconds=self.clock.seconds())
+        return [robot.log(self.world) for robot in robots]
+
+    def seconds(self) -> Mapping[str, float]:
+        """Return the real seconds of every stage."""
+        return self.clock.seconds()
 
     def _robot(self, bullet: Physics, k: int) -> Robot:
         robot = self.specs[k]
         steering = Steering(speed_m_s=robot.speed_m_s)
         turns = robot.lidar.fov_deg < LOOKS_ALL_ROUND_DEG
-        pilot = Pilot(self.guides[k], self.planners[k], steering, gives_way=k == 1, turns_to_look=turns)
+        pilot = Pilot(self.guides[k], self.planners[k], steering, turns_to_look=turns)
         is_asked = robot.path == "frontier" or not self.spec.coverage is self.spec.overlap is None
         compiled = self.spec.rays == "compiled"
         return Robot(
@@ -149,9 +199,9 @@ class _Mission:
             robot,
             pilot,
             np.append(self.starts[k], self.yaws[k]),
-            visit=k,
+            visit=k % 2,
             seen=self.seen[k] if is_asked else None,
-            caster=Caster(self.world.at_visit(k), robot.lidar.height_m) if compiled else None,
+            caster=Caster(self.world.at_visit(k % 2), robot.lidar.height_m) if compiled else None,
         )
 
     def _drive(self, bullet: Physics, robots: list[Robot]) -> None:
@@ -161,12 +211,13 @@ class _Mission:
             now = k / hz
             if all(robot.pilot.is_done for robot in robots):
                 return
-            for robot, other, every in zip(robots, robots[::-1], scan_every, strict=True):
+            for robot, every in zip(robots, scan_every, strict=True):
                 if k % every == 0 and not robot.pilot.is_done:
-                    robot.scan(now, other.pose)
+                    robot.scan(now, np.array([other.pose for other in robots if other is not robot]))
                     clock.lap("rays")
                     robot.look()
             if k % CONTROL_EVERY == 0:
+                mind_nearest([robot.pilot for robot in robots])
                 for robot in robots:
                     robot.control(now)
             if k % round(CHECK_EVERY_S * hz) == 0:

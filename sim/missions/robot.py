@@ -32,7 +32,7 @@ class Robot:
     start
         Pose (x, y, yaw).
     visit
-        0 for A, 1 for B.
+        0 for A, 1 for B: whose things stand about.
     seen
         Floor that it has seen, updated with every scan; None where it is not needed.
     caster
@@ -76,13 +76,13 @@ class Robot:
         self._odometry = self._odometry + step
         self._bullet.drive(self._body, *self.pilot.command(self.pose, time))
 
-    def scan(self, time: float, other: NDArray[np.float64]) -> None:
-        """Log one scan; `other` is the pose of the other robot."""
+    def scan(self, time: float, others: NDArray[np.float64]) -> None:
+        """Log one scan; `others` are the poses of the other robots, shape (N, 3)."""
         pose, lidar = self.pose, self._spec.lidar
         if self._caster is None:
             reading = self._bullet.cast(self._body, self._angles, lidar.max_range_m, lidar.height_m)
         else:
-            reading = self._caster.cast(pose, self._angles, lidar.max_range_m, other[None])
+            reading = self._caster.cast(pose, self._angles, lidar.max_range_m, others)
         self._times.append(time)
         self._poses.append(pose)
         self._counted.append(self._odometry)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -81,7 +82,7 @@ class Pilot:
     turns_to_look
         Whether it turns to the point to look at, for a scanner that does not look all round.
     other
-        Pilot of the other robot, if there is one.
+        Pilot of the other robot, if there is one; of several the nearest.
     """
 
     guide: Guide
@@ -239,3 +240,13 @@ class Pilot:
             if is_in_the_way(other.ahead, self.position):
                 self._leave(other, time)
         return 0.0, 0.0
+
+
+def mind_nearest(pilots: Sequence[Pilot]) -> None:
+    """Let each of some pilots mind the nearest other one; of two, the later gives way."""
+    for k, pilot in enumerate(pilots):
+        nearest = min(
+            (j for j in range(len(pilots)) if j != k),
+            key=lambda j: math.dist(pilot.position, pilots[j].position),
+        )
+        pilot.other, pilot.gives_way = pilots[nearest], k > nearest

@@ -47,6 +47,24 @@ def share_rooms(world: World, share: float, *, from_left: bool) -> tuple[Room, .
     return tuple(rooms[: max(2, min(len(rooms), round(share * len(rooms))))])
 
 
+def middle_rooms(world: World, share: float, at: float) -> tuple[Room, ...]:
+    """Choose the rooms of a robot that begins between the ends of the building: a share of them, at least two.
+
+    Parameters
+    ----------
+    world
+        The building.
+    share
+        Of the number of rooms, 0..1.
+    at
+        Place of the share among the rooms from left to right: 0 for the leftmost ones, 1 for the rightmost ones.
+    """
+    rooms = sorted(world.rooms, key=lambda room: float(room.outline.mean(axis=0)[0]))
+    count = max(2, min(len(rooms), round(share * len(rooms))))
+    first = round(at * max(0, len(rooms) - count))
+    return tuple(rooms[first : first + count])
+
+
 def find_stops(drive: DriveField, rooms: Sequence[Room], rng: np.random.Generator) -> list[Stop]:
     """Choose a stop in each room that can be entered, and two in a large one, the second at random.
 
@@ -79,9 +97,11 @@ def _spots(drive: DriveField, room: Room, rng: np.random.Generator) -> list[NDAr
 
 
 def choose_starts(
-    drive: DriveField, planner: PathPlanner, apart: float, rng: np.random.Generator
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Choose the starts of two robots: one at an end of the building, the other at a share of the way to the other end.
+    drive: DriveField, planner: PathPlanner, apart: float, rng: np.random.Generator, count: int = 2
+) -> tuple[NDArray[np.float64], ...]:
+    """Choose the starts of robots: one at an end of the building, the last at a share of the way to the other end.
+
+    Any others start between these.
 
     Parameters
     ----------
@@ -91,29 +111,34 @@ def choose_starts(
         Separation: 0 for side by side, 1 for as far as possible.
     rng
         Source of the choice.
+    count
+        Number of robots.
     """
     rows, cols = np.nonzero(drive.is_drivable & (drive.clearance >= min(0.5, drive.clearance[drive.is_drivable].max())))
     spots = cell_centres(rows, cols)
     anywhere = spots[int(rng.integers(len(spots)))]
     first: Point = spots[int(np.argmax(planner.costs(anywhere)[rows, cols]))]
     order = np.argsort(planner.costs(first)[rows, cols], kind="stable")
-    share = min(1.0, max(0.0, apart + rng.uniform(-0.05, 0.05)))
-    return first, spots[order[round(share * (len(order) - 1))]]
+    last = min(1.0, max(0.0, apart + rng.uniform(-0.05, 0.05)))
+    shares = [last * (k + 1) / (count - 1) for k in range(count - 1)]
+    return first, *(spots[order[round(share * (len(order) - 1))]] for share in shares)
 
 
-def keep_apart(drive: DriveField, start: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Move a start away from another robot where it is too near.
+def keep_apart(drive: DriveField, start: NDArray[np.float64], *others: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Move a start away from other robots where it is too near.
 
     Raises
     ------
     SimulationError
-        If there is no place for two robots.
+        If there is no place for another robot.
     """
-    if np.hypot(*(start - other)) >= APART_M:
+    if all(np.hypot(*(start - other)) >= APART_M for other in others):
         return start
-    away = drive.is_drivable & ~disc_mask(drive.is_drivable.shape, other, APART_M)
+    away = drive.is_drivable.copy()
+    for other in others:
+        away &= ~disc_mask(away.shape, other, APART_M)
     if not away.any():
-        raise SimulationError("there is no place for a second robot in this world")
+        raise SimulationError("there is no place for another robot in this world")
     row, col = nearest_cell(away, start)
     return cell_centre(row, col)
 

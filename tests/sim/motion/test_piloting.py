@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sim.motion.driving import PathPlanner, make_drive_field
-from sim.motion.piloting import BACK_OFF_S, MOST_BACK_OFFS, STUCK_AFTER_S, Pilot
+from sim.motion.piloting import BACK_OFF_S, MOST_BACK_OFFS, STUCK_AFTER_S, Pilot, mind_nearest
 from sim.motion.steering import Steering
 from sim.motion.tours import Tour
 from tests.sim.small_worlds import box_world, corridor_world, drive_exactly, wall_distance
@@ -54,6 +54,18 @@ def test_two_robots_get_past_each_other_in_a_corridor(width, starts):
     assert [pilot.guide.visited for pilot in pilots] == [["stop 0"], ["stop 0"]]
     assert np.hypot(*(track[0] - track[1])[:, :2].T).min() > TOUCHING_M
     assert wall_distance(world, track[:, :, :2].reshape(-1, 2)).min() > 0.17
+
+
+def test_three_robots_mind_the_nearest_and_get_past_each_other():
+    planner = PathPlanner(make_drive_field(corridor_world(1.6)))
+    pilots = [pilot_to(planner, goal) for goal in ((10.7, 1.7), (1.7, 1.7), (11.2, 1.0))]
+    for pilot, x in zip(pilots, (1.7, 10.7, 2.6), strict=True):
+        pilot.position = np.array([x, 1.7])
+
+    mind_nearest(pilots)
+
+    assert [pilots.index(pilot.other) for pilot in pilots] == [2, 2, 0]
+    assert [pilot.gives_way for pilot in pilots] == [False, False, True]
 
 
 def test_a_robot_that_has_ended_makes_room_for_one_that_has_not():

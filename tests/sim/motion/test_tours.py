@@ -14,6 +14,7 @@ from sim.motion.tours import (
     find_stops,
     keep_apart,
     make_tour,
+    middle_rooms,
     order_by_nearest,
     share_rooms,
     shorten_round,
@@ -34,6 +35,15 @@ def test_shares_begin_at_opposite_ends_and_together_leave_no_room_out():
     assert names == {room.name for room in WORLD.rooms}
     assert {room.name for room in left} & {room.name for room in right}
     assert np.mean([room.spot[0] for room in left]) < np.mean([room.spot[0] for room in right])
+
+
+def test_robots_between_the_ends_share_the_rooms_from_left_to_right():
+    shares = [middle_rooms(WORLD, 0.4, at) for at in (0.0, 0.3, 0.6, 1.0)]
+
+    assert {room.name for rooms in shares for room in rooms} == {room.name for room in WORLD.rooms}
+    assert {room.name for room in shares[0]} == {room.name for room in share_rooms(WORLD, 0.4, from_left=True)}
+    middles = [np.mean([room.outline.mean(axis=0)[0] for room in rooms]) for rooms in shares]
+    assert middles == sorted(middles)
 
 
 def test_a_tour_stops_in_every_room():
@@ -136,6 +146,16 @@ def test_starts_are_as_far_apart_as_wanted(apart):
     assert gap(1.0, 1) > 10.0
 
 
+def test_starts_of_many_robots_lie_between_those_of_two():
+    two = choose_starts(DRIVE, WAYS, 0.8, np.random.default_rng(1))
+    five = choose_starts(DRIVE, WAYS, 0.8, np.random.default_rng(1), 5)
+
+    assert np.array_equal(five[0], two[0])
+    assert np.array_equal(five[-1], two[1])
+    ways = [WAYS.cost_m(five[0], spot) for spot in five[1:]]
+    assert ways == sorted(ways)
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.floats(0.5, 5.5), st.floats(0.5, 5.5))
 def test_starts_are_kept_apart(x, y):
@@ -143,5 +163,5 @@ def test_starts_are_kept_apart(x, y):
     start = keep_apart(BOX, np.array([x, y]), other)
 
     assert np.hypot(*(start - other)) >= APART_M - 1e-9
-    with pytest.raises(SimulationError, match="no place for a second robot"):
+    with pytest.raises(SimulationError, match="no place for another robot"):
         keep_apart(make_drive_field(box_world(1.5, 1.2)), np.array([0.7, 0.6]), np.array([0.7, 0.6]))
