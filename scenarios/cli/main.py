@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rectmerge.cli import console
 from rectmerge.cli.app import App
-from scenarios.cli import carmen, catalogue, check_method, dataset, leaderboard, pictures, run, studies
+from scenarios.cli import carmen, catalogue, check_method, dataset, fleets, leaderboard, pictures, run, studies
 
 app = App("Benchmark map merging on simulated and real pairs with known truth.")
 COMMANDS = (  # in the order of the help
@@ -15,6 +15,7 @@ COMMANDS = (  # in the order of the help
     studies.calibrate,
     studies.trust,
     dataset.certify,
+    fleets.fleets,
     leaderboard.tune,
     leaderboard.report,
     leaderboard.leaderboard,

@@ -176,9 +176,10 @@ def _packed(pair: MapPair, number: int, log: MissionLog | None) -> tuple[Metadat
         raise SimulationError(f"{pair.pair_id}: split must be one of {', '.join(SPLITS)}, got {split!r}")
     row: MetadataRow = {"pair_id": pair.pair_id}
     files: dict[str, bytes] = {}
-    for name, grid in (("a", pair.a), ("b", pair.b)):
-        path = f"maps/{number:06d}_{name}"
-        image, header = _encoded(grid, f"{number:06d}_{name}.png")
+    stems = pair.files or (f"{number:06d}_a", f"{number:06d}_b")
+    for name, stem, grid in zip("ab", stems, (pair.a, pair.b), strict=True):
+        path = f"maps/{stem}"
+        image, header = _encoded(grid, f"{stem}.png")
         row[f"map_{name}_file_name"], row[f"map_{name}_yaml"] = f"{path}.png", ""
         files[f"{split}/{path}.png"] = image
         if grid.resolution is not None:

@@ -14,6 +14,7 @@ from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
 from scenarios.dataset.card import CARD, PICTURE, card, picture
 from scenarios.dataset.columns import Columns
+from scenarios.dataset.fleets import FLEETS, FleetLines
 from scenarios.dataset.metadata import METADATA
 from scenarios.dataset.packing import Package
 from scenarios.dataset.reader import SPLITS
@@ -23,7 +24,11 @@ from scenarios.execution.journal import Journal
 INFO, JOURNAL = "dataset_info.json", "unfinished.jsonl"
 FOLDERS = ("", *(f"{split}/{inner}" for split in SPLITS for inner in ("", "maps/", "worlds/", "bags/*/")))
 OWN = (  # what --force clears, and nothing else
-    *(f"{folder}*{suffix}" for folder in FOLDERS[1:] for suffix in (".png", ".yaml", ".mcap", ".bag", METADATA)),
+    *(
+        f"{folder}*{suffix}"
+        for folder in FOLDERS[1:]
+        for suffix in (".png", ".yaml", ".mcap", ".bag", METADATA, FLEETS)
+    ),
     *(CARD, PICTURE, INFO),
 )
 
@@ -126,7 +131,12 @@ class DataSetWriter:
         info |= {"failed": sorted(found.failed, key=lambda failure: str(failure["pair_id"]))}
         replace_file(self.folder / PICTURE, picture(self.folder))
         replace_file(self.folder / CARD, card(info, min(path for path in found.checksums if "/maps/" in path)).encode())
-        tops = (*(f"{split}/{METADATA}" for split in info["splits"]), CARD, PICTURE)
+        fleets = [split for split in info["splits"] if self._write_fleets(split, found.fleets)]
+        tops = (
+            *(f"{split}/{METADATA}" for split in info["splits"]),
+            *(f"{split}/{FLEETS}" for split in fleets),
+            *(CARD, PICTURE),
+        )
         sums = found.checksums | {name: checksum(self.folder / name) for name in tops}
         info["checksums"] = dict(sorted(sums.items()))
         write_json(self.folder / INFO, info)
@@ -172,15 +182,24 @@ class DataSetWriter:
             return {}
         path = self.folder / split / METADATA
         part = path.with_name(f".{path.name}.part")
+        start, rows = -1, []
         try:
             with part.open("w", encoding="utf-8") as file:
                 for place in places:
-                    row = self._journal.entry_at(place.start)["rows"][place.nth]
-                    file.write(_line(found.columns.fitted(row)))
+                    if place.start != start:  # a source of many pairs is read once, and not for each
+                        start, rows = place.start, self._journal.entry_at(place.start)["rows"]
+                    file.write(_line(found.columns.fitted(rows[place.nth])))
             part.replace(path)
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror}") from None
         return {"pairs": len(places), "related": sum(not place.is_unrelated for place in places)}
+
+    def _write_fleets(self, split: str, fleets: FleetLines) -> bool:
+        """Write the fleets of a split; return whether it has any."""
+        lines = fleets.of_split(split)
+        if lines:
+            replace_file(self.folder / split / FLEETS, "".join(map(_line, lines)).encode())
+        return bool(lines)
 
 
 class _Place(NamedTuple):
@@ -199,6 +218,7 @@ class _JournalIndex:
     def __init__(self) -> None:
         self.places: list[_Place] = []
         self.columns = Columns()
+        self.fleets = FleetLines()
         self.checksums: dict[str, str] = {}
         self.discarded: Counter[str] = Counter()
         self.failed: list[dict[str, str]] = []
@@ -211,6 +231,7 @@ class _JournalIndex:
         for start, entry in entries:
             for nth, row in enumerate(entry["rows"]):
                 found.columns.note(row)
+                found.fleets.note(row)
                 found.places.append(_Place(row["split"], not row["related"], row["pair_id"], start, nth))
             found.checksums |= entry["files"]
             found.discarded.update(entry["discarded"])

@@ -88,7 +88,7 @@ def run_demo(out: str | Path, *, suite: str = "demo", force: bool = False, say: 
         If the mission fails.
     """
     plan = load_suite(suite)
-    source, contenders, seconds = plan.sources()[0], make_contenders([e.label for e in plan.methods], plan.methods), {}
+    source, contenders, seconds = plan.missions()[0], make_contenders([e.label for e in plan.methods], plan.methods), {}
     folder = clear_folder(out, OWN_FILES, force=force)
     started = time.perf_counter()
 

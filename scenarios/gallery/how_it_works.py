@@ -121,7 +121,7 @@ def explain(folder: str | Path, *, force: bool = False, say: Callable[[str], Non
 
 def office_pair() -> MapPair:
     """Make the maps of the demo's office, of which half the furniture was moved between the visits."""
-    source = load_suite("demo").sources()[0]
+    source = load_suite("demo").missions()[0]
     world = replace(source.scenario.world, changed=0.5)
     mission = replace(source.scenario.mission, rays="compiled")
     return next(replace(source, scenario=replace(source.scenario, world=world, mission=mission)).pairs())
@@ -129,7 +129,7 @@ def office_pair() -> MapPair:
 
 def ward_pair() -> MapPair:
     """Make the maps of the first ward of identical rooms of the suite `repetitive`."""
-    source = load_suite("repetitive").sources()[0]
+    source = load_suite("repetitive").missions()[0]
     return next(replace(source, scenario=replace(source.scenario, noise=(1,))).pairs())
 
 

@@ -53,6 +53,6 @@ def trace_simple() -> Trace:
 
 def practical_pair() -> MapPair:
     """Make the maps of figure 12: an office of the suite `headline`, without noise."""
-    source = load_suite("headline").sources()[PRACTICAL_SEED]
+    source = load_suite("headline").missions()[PRACTICAL_SEED]
     mission = replace(source.scenario.mission, rays="compiled")
     return next(replace(source, scenario=replace(source.scenario, noise=(0,), mission=mission)).pairs())

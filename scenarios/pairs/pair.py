@@ -44,6 +44,9 @@ class MapPair:
     poses
         Scanner poses that each map was built from, one per scan: (x, y, yaw), shape (S, 3) each. None without a
         mission.
+    files
+        Names of the maps' files in a data set, without suffix, where several pairs share a map; None names them after
+        the pair.
     """
 
     pair_id: str
@@ -58,6 +61,7 @@ class MapPair:
     overlap: float | None = None
     info: Mapping[str, Any] = field(default_factory=dict)
     poses: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    files: tuple[str, str] | None = None
 
 
 class PairSource(Protocol):

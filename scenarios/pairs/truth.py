@@ -76,7 +76,7 @@ def control_points(log: MissionLog, a: PlacedMap, b: PlacedMap, rng: np.random.G
     def is_surface(points: NDArray[np.float64]) -> NDArray[np.bool_]:
         mask = np.ones(len(points), dtype=np.bool_)
         for height_m in {robot.lidar.height_m for robot in (log.spec.a, log.spec.b)}:
-            mask &= _is_surface(log.world, points, height_m)
+            mask &= is_on_wall(log.world, points, height_m)
         return mask
 
     return common_points(seen_a, seen_b, rng, is_surface=is_surface)
@@ -179,7 +179,7 @@ def _any_of(common: NDArray[np.int64], keys: NDArray[np.int64], rng: np.random.G
     return order[np.searchsorted(keys[order], common)]
 
 
-def _is_surface(world: World, points: NDArray[np.float64], height_m: float) -> NDArray[np.bool_]:
+def is_on_wall(world: World, points: NDArray[np.float64], height_m: float) -> NDArray[np.bool_]:
     """Return whether points (N, 2) lie in or near a wall or furniture of both visits, at a laser's height."""
     mask = np.zeros(len(points), dtype=np.bool_)
     for prism in world.walls + world.furniture:

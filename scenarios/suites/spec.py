@@ -52,7 +52,7 @@ class Variant:
     b: MapSpec = field(default_factory=MapSpec)
 
     def __post_init__(self) -> None:
-        _require_name(self.name)
+        require_name(self.name)
         if self.overlap is not None and not 0.1 <= self.overlap <= 1.0:
             raise InputError(f"overlap must be 0.1 to 1.0, got {self.overlap}")
 
@@ -104,7 +104,7 @@ class Scenario:
     variants: tuple[Variant, ...] = ()
 
     def __post_init__(self) -> None:
-        _require_name(self.name)
+        require_name(self.name)
         unknown = [level for level in self.noise if level not in NOISE_LEVELS]
         if unknown or not self.noise or len(set(self.noise)) != len(self.noise):
             raise InputError(f"noise must list different levels of {list(NOISE_LEVELS)}, got {list(self.noise)}")
@@ -136,6 +136,7 @@ class Scenario:
                 )
 
 
-def _require_name(name: str) -> None:
+def require_name(name: str) -> None:
+    """Refuse a name that does not go into ids."""
     if not name or not name.replace("-", "").replace("_", "").replace(".", "").isalnum():
         raise InputError(f"name must be letters, digits, - and _, got {name!r}")

@@ -10,6 +10,7 @@ from typing import Any
 
 from rectmerge.errors import InputError, ScenarioError
 from scenarios.pairs.map_view import MapSpec
+from scenarios.suites.fleet import FleetScenario, FleetSource
 from scenarios.suites.mission_source import MissionSource
 from scenarios.suites.random_values import extreme_values, has_random_values, is_random, sample_values
 from scenarios.suites.spec import Scenario, Seeds
@@ -52,7 +53,7 @@ class ScenarioTemplate:
     at: str
     is_fixed: bool
 
-    def by_seed(self) -> dict[int, Scenario]:
+    def by_seed(self) -> dict[int, Scenario | FleetScenario]:
         """Return the scenario of every seed.
 
         Raises
@@ -79,8 +80,13 @@ class ScenarioTemplate:
         except InputError as error:
             raise ScenarioError(f"{self.at}.{error}") from error
 
-    def _settled(self, table: Mapping[str, Any], seeds: Seeds) -> Scenario:
-        """Make the scenario of a table without open values, each variant laid over the scenario's own maps."""
+    def _settled(self, table: Mapping[str, Any], seeds: Seeds) -> Scenario | FleetScenario:
+        """Make the scenario of a table without open values, each variant laid over the scenario's own maps.
+
+        The key `maps` makes it one of fleets.
+        """
+        if "maps" in table:
+            return replace(structure(table, FleetScenario, self.at), seeds=seeds)
         whole, variants = _with_ratio(table, self.at), table.get("variants", ())
         if isinstance(variants, list) and all(isinstance(variant, dict) for variant in variants):
             maps = {key: table[key] for key in ("a", "b", "ratio") if key in table}
@@ -103,7 +109,7 @@ class Suite:
 
     @property
     def scenarios(self) -> tuple[Scenario, ...]:
-        """Every scenario with all of its seeds, or one per seed where it leaves values open.
+        """Every scenario of pairs with all of its seeds, or one per seed where it leaves values open.
 
         Raises
         ------
@@ -111,18 +117,27 @@ class Suite:
             If the values drawn for a seed exclude each other.
         """
         return tuple(
-            scenario for template in self.templates for scenario in dict.fromkeys(self._settled(template).values())
+            scenario
+            for template in self.templates
+            for scenario in dict.fromkeys(self._settled(template).values())
+            if isinstance(scenario, Scenario)
         )
 
-    def sources(self) -> list[MissionSource]:
-        """Return one source of pairs per mission: each scenario's seeds in order; raises as `scenarios` does."""
+    def missions(self) -> list[MissionSource]:
+        """Return the sources that are missions of two robots, in order; raises as `scenarios` does."""
+        return [source for source in self.sources() if isinstance(source, MissionSource)]
+
+    def sources(self) -> list[MissionSource | FleetSource]:
+        """Return one source of pairs per mission or fleet: each scenario's seeds in order; raises as `scenarios`."""
         return [
             MissionSource(self.name, scenario, seed)
+            if isinstance(scenario, Scenario)
+            else FleetSource(self.name, scenario, seed)
             for template in self.templates
             for seed, scenario in self._settled(template).items()
         ]
 
-    def _settled(self, template: ScenarioTemplate) -> dict[int, Scenario]:
+    def _settled(self, template: ScenarioTemplate) -> dict[int, Scenario | FleetScenario]:
         """Return the scenario of each seed."""
         try:
             return template.by_seed()

@@ -7,7 +7,7 @@ import pytest
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from scenarios.pairs.map_view import MapSpec, place_map
-from scenarios.pairs.truth import _any_of, _is_surface, control_point_rmse, control_points, is_bent, known_extent
+from scenarios.pairs.truth import _any_of, control_point_rmse, control_points, is_bent, is_on_wall, known_extent
 from sim.world import Prism
 from tests.scenarios.known_answers import pixel_to_world
 from tests.sim.small_worlds import box_world, office_log, wall_distance
@@ -29,7 +29,7 @@ def test_surface_is_what_both_visits_find_in_the_plane_of_the_laser():
     )
     beside = np.array([[1.0, 1.2], [2.0, 1.2], [3.0, 1.2], [4.0, 1.2], [5.0, 1.2], [0.25, 2.0], [0.35, 2.0]])
 
-    assert _is_surface(world, beside, 0.25).tolist() == [True, False, False, False, False, True, False]
+    assert is_on_wall(world, beside, 0.25).tolist() == [True, False, False, False, False, True, False]
 
 
 def test_surface_reaches_a_tenth_of_a_metre_from_the_walls():
@@ -37,7 +37,7 @@ def test_surface_reaches_a_tenth_of_a_metre_from_the_walls():
     points = np.random.default_rng(0).uniform(0, 10, (3000, 2))
     away = wall_distance(world, points)
     inside = np.any([prism.covers(points) for prism in world.walls + world.furniture], axis=0)
-    is_surface = _is_surface(world, points, 0.25)
+    is_surface = is_on_wall(world, points, 0.25)
 
     assert is_surface[(away < 0.0999) | inside].all()
     assert not is_surface[(away > 0.1415) & ~inside].any()  # corners are mitred

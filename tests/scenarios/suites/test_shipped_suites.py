@@ -29,9 +29,9 @@ def standard():
     "name", [pytest.param(name, marks=pytest.mark.slow) if name in LARGE else name for name in suite_names()]
 )
 def test_ids_are_unique_and_splits_share_no_building(name):
-    sources = load_suite(name).sources()
-    splits = {}
-    for source in sources:
+    suite = load_suite(name)
+    sources, splits = suite.sources(), {}
+    for source in suite.missions():
         for building, purpose in product(range(MAX_BUILDINGS), ("world", *(f"other world {k}" for k in range(40)))):
             seed = replace(source, building=building)._seed(purpose)
             splits.setdefault(seed, set()).add(source.scenario.split)

@@ -145,7 +145,7 @@ def test_a_mistake_is_refused_with_its_path(tmp_path, old, new, complaint):
 
 def test_an_unknown_suite_names_those_there_are(tmp_path):
     with pytest.raises(
-        ScenarioError, match=r"no suite 'headlin'; there are: bent, conditions, demo, headline, headline-test, large"
+        ScenarioError, match=r"no suite 'headlin'; there are: bent, conditions, demo, fleet-20, fleet-3"
     ):
         load_suite("headlin")
     with pytest.raises(ScenarioError, match=r"none\.toml: cannot be read"):

@@ -170,7 +170,7 @@ def test_a_robot_ends_when_it_has_seen_the_wanted_share_of_the_floor():
         (World(size=(5.0, 5.0), walls=()), ROBOT, "no floor"),
         (box_world(0.8, 0.7), ROBOT, "fits nowhere in this box"),
         (replace(box_world(), rooms=(), floor=(rectangle(0, 0, 6, 4),)), ROBOT, "no rooms to tour"),
-        (box_world(1.5, 1.2), ROBOT, "no place for a second robot"),
+        (box_world(1.5, 1.2), ROBOT, "no place for another robot"),
     ],
 )
 def test_a_world_that_cannot_be_explored_is_refused_in_a_clear_line(world, robot, complaint):
