@@ -72,7 +72,7 @@ $(VENV)/.made:
 
 # One mark per set of extras; uv installs faster where it is there and can, pip does it everywhere.
 $(MARK)-sim: EXTRAS := sim
-$(MARK)-all: EXTRAS := sim,bench,ros,dev
+$(MARK)-all: EXTRAS := sim,bench,ros,live,dev
 $(MARK)-sim $(MARK)-all: pyproject.toml $(VENV)/.made
 	@echo "installing rectmerge[$(EXTRAS)] into $(VENV) ..."
 	@{ command -v uv >/dev/null && uv pip install --quiet --python $(BIN)/python -e ".[$(EXTRAS)]"; } \

@@ -11,6 +11,7 @@ EXTRA_OF = {
     **dict.fromkeys(("pybullet", "shapely"), "sim"),
     **dict.fromkeys(("jinja2", "matplotlib", "distributed", "tomli_w"), "bench"),
     "rosbags": "ros",
+    "rclpy": "live",
 }
 SIMULATOR = ("pybullet", "shapely")
 
@@ -31,6 +32,8 @@ def require_extras(*modules: str) -> None:
 def missing(module: str) -> str:
     """Return a message that a module is needed, with the command to install it."""
     text = f"needs {module.replace('_', '-')}, which is not installed: pip install 'rectmerge[{EXTRA_OF[module]}]'"
+    if module == "rclpy":
+        return f"{text} on Linux with Python 3.11, or source a ROS 2 of Jazzy or later and run it there"
     if module == "pybullet" and sys.version_info >= (3, 12):
         text += " with Python 3.11, for it has no wheels for later ones"
     return text

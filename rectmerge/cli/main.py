@@ -5,9 +5,11 @@ from __future__ import annotations
 from rectmerge.cli import console
 from rectmerge.cli.app import App
 from rectmerge.cli.check import check
+from rectmerge.cli.follow import follow
 from rectmerge.cli.inspect import inspect
 from rectmerge.cli.merge import merge
 from rectmerge.cli.methods import methods
+from rectmerge.cli.node import node
 from rectmerge.cli.trace import trace
 from rectmerge.cli.transform import transform
 from rectmerge.cli.view import view
@@ -19,7 +21,7 @@ app = App(
     Exit status: 0 yes, 1 no, 2 bad input or use, 3 ambiguous, 70 internal error, 130 interrupted.
     """
 )
-for command in (merge, check, inspect, methods, trace, transform, view, warm_up):
+for command in (merge, check, follow, inspect, methods, node, trace, transform, view, warm_up):
     app.command()(command)
 
 

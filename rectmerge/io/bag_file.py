@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -10,18 +9,16 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from rectmerge.errors import InputError, MapFileError
+from rectmerge.errors import MapFileError
 from rectmerge.extras import missing
-from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS, OCCUPIED, UNKNOWN, OccupancyGrid, unusable
+from rectmerge.grid import OccupancyGrid
 from rectmerge.io.bag_sizes import bounded_sizes
 from rectmerge.io.image_file import BROKEN, require_file
+from rectmerge.io.occupancy_message import grid_of_message
 
 MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
 SUFFIXES = (".bag", ".mcap", ".db3")
 METADATA = "metadata.yaml"  # a folder with this file is a rosbag2
-TILT = 1e-3  # largest sine of half the angle between a level map's plane and the floor
 LONGEST_REASON = 160  # characters
 
 
@@ -105,7 +102,37 @@ def read_bag_map(path: str | os.PathLike[str]) -> OccupancyGrid:
         if newest is None:
             raise MapFileError(f"{bag.file}: there is no message on {topic}; record it until a map is published")
         message = opened.decode(newest[1], MAP_TYPE)
-    return _to_grid(message, f"{bag.file}:{topic}")
+    return grid_of_message(message, f"{bag.file}:{topic}")
+
+
+def bag_maps(path: str | os.PathLike[str]) -> Iterator[tuple[float, str, OccupancyGrid | MapFileError]]:
+    """Yield every map in a bag as it was recorded: time in seconds, topic, and the map, or why it is none.
+
+    Parameters
+    ----------
+    path
+        A bag, or ``FILE:/topic`` for a single topic; see `split_bag`.
+
+    Raises
+    ------
+    MapFileError
+        If rosbags is not installed, the bag or the topic cannot be read, or the bag holds no map.
+    """
+    bag = split_bag(path)
+    if bag is None:
+        raise MapFileError(f"{path}: is no bag; name a .bag, .mcap or .db3 file or a rosbag2 folder")
+    _require_bag(bag.file)
+    with _opened(bag.file) as opened:
+        connections = [each for each in opened.connections if each.msgtype == MAP_TYPE]
+        if bag.topic is not None or not connections:
+            connections = _select_topic(bag, opened.connections)[1]
+        for connection, time, data in opened.messages(connections=connections):
+            try:
+                grid = grid_of_message(opened.decode(data, MAP_TYPE), f"{bag.file}:{connection.topic}")
+            except MapFileError as fault:
+                yield time * 1e-9, connection.topic, fault
+            else:
+                yield time * 1e-9, connection.topic, grid
 
 
 @contextmanager
@@ -181,41 +208,3 @@ def _select_topic(bag: BagName, connections: Sequence[Any]) -> tuple[str, list[A
         fault = f"{topic} holds {min(types)}" if types else f"there is no topic {topic}"
         raise MapFileError(f"{bag.file}: {fault}; {offer}")
     return selected[0].topic, selected
-
-
-def _to_grid(message: Any, name: str) -> OccupancyGrid:
-    """Turn a message, whose first row is the bottom one, into a grid."""
-    info, cells = message.info, np.asarray(message.data, dtype=np.int8)
-    width, height = int(info.width), int(info.height)
-    if min(width, height) < 2:
-        raise MapFileError(f"{name}: {width} x {height} cells are no map; record a whole one")
-    if width * height > MOST_CELLS or max(width, height) > LONGEST_SIDE_CELLS:
-        limit = f"{MOST_CELLS // 10**6} million, {LONGEST_SIDE_CELLS} on a side"
-        raise MapFileError(f"{name}: {width} x {height} cells; there may be {limit}: crop it to its known cells")
-    if cells.size != width * height:
-        raise MapFileError(f"{name}: {cells.size} cells are not the stated {width} x {height}; record another")
-    known = np.where((cells < UNKNOWN) | (cells > OCCUPIED), np.int8(UNKNOWN), cells)
-    position = info.origin.position
-    try:
-        yaw = _to_yaw(info.origin.orientation)
-        resolution = float(str(np.float32(info.resolution)))
-        frame = str(message.header.frame_id).lstrip("/") or None  # tf2 knows no leading slash, though ROS 1 wrote it
-        grid = OccupancyGrid(known.reshape(height, width)[::-1], resolution, (position.x, position.y, yaw), frame)
-    except InputError as error:
-        raise MapFileError(f"{name}: {error}; its publisher must mend that") from None
-    if why := unusable(grid):
-        raise MapFileError(f"{name}: {why}; is it the right topic, and a finished map?")
-    return grid
-
-
-def _to_yaw(quaternion: Any) -> float:
-    """Return the yaw of a quaternion, radians in -pi..pi."""
-    x, y, z, w = (float(part) for part in (quaternion.x, quaternion.y, quaternion.z, quaternion.w))
-    length = math.hypot(x, y, z, w)
-    if length == 0.0:
-        return 0.0
-    if not math.isfinite(length):
-        raise InputError(f"the origin's orientation must be finite numbers, got {x}, {y}, {z}, {w}")
-    if math.hypot(x, y) > TILT * length:
-        raise InputError(f"the map must lie level, but its origin's orientation is {x:g}, {y:g}, {z:g}, {w:g}")
-    return math.remainder(2.0 * math.atan2(z, w), math.tau)

@@ -24,7 +24,7 @@ from rectmerge.io.map_file import MAP_SAVER_LEGEND, encode_map
 
 BEND_NAME = "unbend.json"
 RESULT_NAMES = re.compile(
-    r"(alignment|fleet|unbend)\.json|view\.html|transforms\.yaml|graph\.png|(overlay|conflict)(_\d+)?\.png|"
+    r"(alignment|fleet|follow|unbend)\.json|view\.html|transforms\.yaml|graph\.png|(overlay|conflict)(_\d+)?\.png|"
     r"merged(_\d+)?\.(yaml|pgm)"
 )
 LOGGER = logging.getLogger("rectmerge")

@@ -1,0 +1,66 @@
+import pytest
+
+from rectmerge.live.params import LiveParams
+from rectmerge.live.track import Track
+from rectmerge.similarity import Similarity
+from tests.rectmerge.live.growing import A, B
+
+HERE, NEAR, FAR = (Similarity(1.0, 0.5, x, 2.0) for x in (1.0, 1.04, 4.0))  # 0.8 and 60 cells apart
+PARAMS = LiveParams()
+
+
+def take(track, *answers, remembered=None):
+    """What each answer changes: a placement and the version of B it rests on, or a version alone for a refusal."""
+    changes = []
+    for answer in answers:
+        if isinstance(answer, int):
+            changes.append(track.refuse({"b": answer}, PARAMS))
+        else:
+            placement, version = answer
+            result = track.accept(placement, {"a": 1, "b": version}, (A, B), PARAMS, remembered)
+            changes.append(result and result[0])
+    return changes
+
+
+@pytest.mark.parametrize(
+    ("answers", "changes"),
+    [
+        ([(HERE, 1), (NEAR, 2)], [None, "joined"]),
+        ([(HERE, 1), (HERE, 1)], [None, None]),  # the same maps say nothing new
+        ([(HERE, 1), (FAR, 2), (FAR, 3)], [None, None, "joined"]),
+        ([(HERE, 1), 2, (HERE, 3), (HERE, 4)], [None, None, None, "joined"]),
+    ],
+    ids=["two agree", "one map twice", "two disagree", "refused between"],
+)
+def test_a_placement_is_published_after_answers_in_a_row_that_agree(answers, changes):
+    track = Track()
+
+    assert take(track, *answers) == changes
+    assert (track.published is not None) == (changes[-1] == "joined")
+
+
+def test_a_published_placement_moves_a_little_at_once_and_far_only_after_answers_that_agree():
+    track = Track()
+    take(track, (HERE, 1), (HERE, 2))
+
+    assert take(track, (NEAR, 3)) == [None]
+    assert track.published == NEAR
+    assert take(track, (FAR, 4)) == [None]
+    assert track.published == NEAR
+    assert take(track, (FAR, 5)) == ["moved"]
+    assert track.published == FAR
+
+
+def test_a_published_placement_is_taken_out_after_refusals_of_different_maps():
+    track = Track()
+    take(track, (HERE, 1), (HERE, 2))
+
+    assert take(track, 3, 3) == [None, None]
+    assert track.published == HERE
+    assert take(track, (NEAR, 4), 5, 6) == [None, None, "taken out"]
+    assert track.published is None
+
+
+def test_a_remembered_placement_counts_as_one_answer_where_it_agrees():
+    assert take(Track(), (NEAR, 1), remembered=HERE) == ["joined"]
+    assert take(Track(), (FAR, 1), remembered=HERE) == [None]
