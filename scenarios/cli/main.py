@@ -29,6 +29,7 @@ COMMANDS = (  # in the order of the help
     studies.results,
     studies.realism,
     studies.unbending,
+    studies.live,
     catalogue.suites,
     catalogue.worlds,
 )

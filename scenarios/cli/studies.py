@@ -118,3 +118,22 @@ def unbending(
 
         write_unbending(maps, output, on_done=on_done)
     typer.echo(f"written: {output}")
+
+
+def live(
+    dataset: Annotated[
+        Path, typer.Argument(metavar="DATASET", help="A data set with bags: rectbench generate --format mcap.")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.md", help="Where the page goes.")],
+) -> None:
+    """Replay the bags of a data set to the live merger, and write when each pair of robots merged, and if rightly."""
+    from scenarios.studies.live import LiveMission, bag_sources, write_live
+
+    require_extras("rosbags")
+    with progress(len(bag_sources(dataset))) as advance:
+
+        def on_done(mission: LiveMission) -> None:
+            advance(1, mission.pair_id)
+
+        write_live(dataset, output, on_done=on_done)
+    typer.echo(f"written: {output}")
