@@ -1,4 +1,4 @@
-"""Test of a displacement on the squares of a chequerboard that it was not fitted to."""
+"""Test of a displacement on squares that it was not fitted to: four-fold cross-validation over the plane."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from rectmerge.elastic.lattice import Displacement
 from rectmerge.elastic.matching import FacePair
 from rectmerge.elastic.params import AcceptanceParams
 
+FOLDS = 4
 FAR = 1 << 20  # squares from one row of the board to the next, as one number
 
 
@@ -30,17 +31,20 @@ class HeldBack:
         Share of the walls, of both maps, that meet after it: 1 less their mean cost, 0..1.
     squares
         Number of squares with enough faces.
+    fits
+        The displacements, each fitted without a quarter of the squares.
     """
 
     cost_ratio: float
     gain_t: float
     met: float
     squares: int
+    fits: tuple[Displacement, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Board:
-    """Squares of a chequerboard over A, and the square of each sampled face of both maps.
+    """Squares over A, and the square of each sampled face of both maps.
 
     Parameters
     ----------
@@ -58,19 +62,14 @@ class Board:
         a, b = (np.floor(at / side).astype(np.intp) for at in points)
         return cls(a, b)
 
-    def colours(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return whether the square of each sampled face of A, and of B, is black."""
-        a, b = (squares.sum(axis=1) % 2 == 1 for squares in (self.squares_a, self.squares_b))
-        return a, b
-
-    def quarters(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return which quarter of the squares, 0 to 3, each sampled face of A, and of B, is in."""
+    def folds(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return the fold, 0 to 3, of each sampled face of A, and of B: squares of one fold touch nowhere."""
         a, b = (squares % 2 @ np.array([1, 2]) for squares in (self.squares_a, self.squares_b))
         return a, b
 
 
 def hold_back(fitting: ElasticFit, board: Board, params: AcceptanceParams) -> HeldBack:
-    """Fit on the white squares and measure on the black, and the other way round.
+    """Fit to three quarters of the squares and measure on the others, four times.
 
     Notes
     -----
@@ -80,22 +79,24 @@ def hold_back(fitting: ElasticFit, board: Board, params: AcceptanceParams) -> He
     """
     pair = fitting.pair
     none, reach = Displacement.none(fitting.lattice), params.reach_cells(pair.diagonal)
-    before, after, squares, is_shown = [], [], [], []
-    black_a, black_b = board.colours()
-    for held_a, held_b in ((black_a, black_b), (~black_a, ~black_b)):
-        found = fitting.fit(pair.sample_a[~held_a], pair.sample_b[~held_b])
+    before, after, squares, is_shown, fits = [], [], [], [], []
+    fold_a, fold_b = board.folds()
+    for fold in range(FOLDS):
+        held_a, held_b = fold_a == fold, fold_b == fold
+        fits.append(fitting.fit(pair.sample_a[~held_a], pair.sample_b[~held_b]))
         held = pair.sample_a[held_a], pair.sample_b[held_b]
         before.append(costs(pair, none, reach, *held))
-        after.append(costs(pair, found, reach, *held))
+        after.append(costs(pair, fits[-1], reach, *held))
         squares.append(np.concatenate([board.squares_b[held_b], board.squares_a[held_a]]))
         is_shown.append((before[-1] < 1) | (after[-1] < 1) | pair.in_free_space(*held))
-    return _gain(
+    ratio, t, met, count = _gain(
         np.concatenate(before),
         np.concatenate(after),
         np.concatenate(squares),
         np.concatenate(is_shown),
         params.min_square_faces,
     )
+    return HeldBack(ratio, t, met, count, tuple(fits))
 
 
 def costs(
@@ -113,14 +114,14 @@ def _gain(
     squares: NDArray[np.intp],
     is_shown: NDArray[np.bool_],
     min_faces: int,
-) -> HeldBack:
-    """Sum costs over all faces and by square."""
+) -> tuple[float, float, float, int]:
+    """Sum costs over all faces and by square: the first four fields of `HeldBack`."""
     met = float(1 - after.mean()) if len(after) else 0.0
     before, after = before[is_shown], after[is_shown]
     if not before.any():
-        return HeldBack(math.inf, 0.0, met, 0)
+        return math.inf, 0.0, met, 0
     _, square = np.unique(squares[is_shown] @ np.array([1, FAR]), return_inverse=True)
     gains = np.bincount(square, before - after)[np.bincount(square) >= min_faces]
     error = float(gains.std(ddof=1)) / math.sqrt(len(gains)) if len(gains) > 1 else 0.0
     t = float(gains.mean()) / error if error > 0 else 0.0
-    return HeldBack(float(after.sum() / before.sum()), t, met, len(gains))
+    return float(after.sum() / before.sum()), t, met, len(gains)

@@ -26,7 +26,7 @@ class BendEvidence:
     held_back_cost
         Cost of walls that the displacement was not fitted to, after over before.
     gain_t
-        Mean of their gains by square of a chequerboard, over its standard error.
+        Mean of their gains by square, over its standard error.
     walls_before, walls_after
         Distance across the wall, in cells of A, within which three in four walls lie that both maps show.
     largest_move

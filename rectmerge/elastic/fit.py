@@ -47,28 +47,10 @@ class ElasticFit:
         lattice = Lattice.over(low, high, params.spacing * pair.diagonal)
         return cls(pair, lattice, smoothness(lattice, params.patch * pair.diagonal, params), params)
 
-    def fit(
-        self,
-        of_a: NDArray[np.intp],
-        of_b: NDArray[np.intp],
-        *,
-        start: Displacement | None = None,
-        steps: int | None = None,
-    ) -> Displacement:
-        """Fit the displacement to faces `of_a` of A and `of_b` of B.
-
-        Parameters
-        ----------
-        of_a, of_b
-            Numbers of the faces.
-        start
-            The displacement to start from; none where it is not given.
-        steps
-            Steps to take, the last ones of the schedule; all where it is not given.
-        """
-        params, found = self.params, start or Displacement.none(self.lattice)
-        schedule = list(zip(params.reaches, params.stiffness, strict=True))
-        for reach, stiffness in schedule[-(steps or len(schedule)) :]:
+    def fit(self, of_a: NDArray[np.intp], of_b: NDArray[np.intp]) -> Displacement:
+        """Fit the displacement to faces `of_a` of A and `of_b` of B, given by their numbers."""
+        found = Displacement.none(self.lattice)
+        for reach, stiffness in zip(self.params.reaches, self.params.stiffness, strict=True):
             found = self._step(found, reach * self.pair.diagonal, stiffness, of_a, of_b)
         return found
 

@@ -41,7 +41,9 @@ class FitParams(Group):
     wall_std_cells: float = param(1.5, "cells of A", INSENSITIVE)
     along_weight: float = param(0.2, "weight of the distance along the wall", INSENSITIVE)
     behind_weight: float = param(0.5, "weight of a face that lies behind a wall of the other map", INSENSITIVE)
-    correlated_cells: float = param(20.0, "cells of a wall that count as one measurement", HAND)
+    correlated_cells: float = param(
+        7.0, "cells of a wall that count as one measurement", "hand-held maps, real and simulated: 20 is too stiff"
+    )
     reaches: tuple[float, ...] = param(
         (0.05,) * 2 + (0.03,) * 2 + (0.02,) * 2 + (0.016,) * 3, "D; one step each", INSENSITIVE
     )
@@ -61,13 +63,13 @@ class FitParams(Group):
 class AcceptanceParams(Group):
     """Test of a displacement on walls that it was not fitted to."""
 
-    square: float = param(1 / 8, "D, side of the chequerboard's squares", INSENSITIVE)
+    square: float = param(1 / 8, "D, side of the squares of the cross-validation", INSENSITIVE)
     cost_reach: float = param(0.012, "D, distance from which a wall costs all", CHOSEN)
     min_cost_reach_cells: float = param(4.0, "cells of A, least reach, for small maps", HAND)
     max_cost_ratio: float = param(0.93, "held-back cost after over before", CHOSEN)
     min_gain_t: float = param(1.0, "mean over standard error of the squares' gains", CHOSEN)
     min_met: float = param(0.4, "share of the walls that meet, held back", CHOSEN)
-    min_squares: int = param(9, "squares of the chequerboard that show walls of both maps", CHOSEN)
+    min_squares: int = param(9, "squares that show walls of both maps", CHOSEN)
     min_determinant: float = param(0.5, "determinant of the Jacobian", HAND)
     min_stretch: float = param(0.65, "singular value of the Jacobian", HAND)
     max_stretch: float = param(1.4, "singular value of the Jacobian", HAND)

@@ -17,7 +17,7 @@ from rectmerge.elastic.lattice import Displacement
 from rectmerge.elastic.matching import FacePair
 from rectmerge.elastic.params import AcceptanceParams, BendParams
 from rectmerge.elastic.transform import BentTransform
-from rectmerge.elastic.uncertainty import jackknife_std, leave_quarters_out
+from rectmerge.elastic.uncertainty import jackknife_std
 from rectmerge.elastic.warp import Warp
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid, pixels_to_map_frame
@@ -36,7 +36,8 @@ def unbend(
     a, b
         The two maps.
     placement
-        The similarity from B's pixels to A's; or an alignment, whose best candidate is taken whatever its verdict.
+        The similarity from B's pixels to A's, taken as right; or an alignment, whose best candidate is taken unless it
+        is rejected: some wrong placements pass the test, of a building turned by half for example.
     params
         Weights, steps and thresholds.
 
@@ -56,16 +57,17 @@ def unbend(
     T(p) = x + u(x) with x the placed point and u on a lattice of cubic B-splines: D. Rueckert et al., IEEE Transactions
     on Medical Imaging 1999, DOI 10.1109/42.796284. Faces of both maps are paired both ways with the nearest that looks
     the same way; Gauss-Newton steps with Tukey's weights bring them together, against a prior for which turning is free
-    and stretching is dear, as drift has it. The test: fitted to the white squares of a chequerboard, the displacement
-    must bring the walls in the black squares closer together, and the other way round.
+    and stretching is dear, as drift has it. The test: fitted without a quarter of the squares that A is cut into, the
+    displacement must bring the walls in these squares closer together, and so for each quarter.
     """
     started = time.perf_counter()
-    if isinstance(placement, Alignment):
-        if not placement.candidates:
-            raise InputError(f"the answer has no candidate to bend: {placement.verdict}, {placement.reason}")
-        placement = placement.candidates[0].pixels
-    b_to_a = pixels_to_map_frame(placement, a, b)
-    bend = _unbend(a, b, Bend(accepted=False, reason="", pixels=placement, b_to_a=b_to_a), params)
+    if isinstance(placement, Alignment) and not placement.candidates:
+        raise InputError(f"the answer has no candidate to bend: {placement.verdict}, {placement.reason}")
+    pixels = placement.candidates[0].pixels if isinstance(placement, Alignment) else placement
+    refused = Bend(accepted=False, reason="", pixels=pixels, b_to_a=pixels_to_map_frame(pixels, a, b))
+    if isinstance(placement, Alignment) and placement.verdict == "rejected":
+        return replace(refused, reason=f"the placement is rejected, and no bend makes it right: {placement.reason}")
+    bend = _unbend(a, b, refused, params)
     return replace(bend, seconds=time.perf_counter() - started)
 
 
@@ -92,10 +94,10 @@ def _unbend(a: OccupancyGrid, b: OccupancyGrid, refused: Bend, params: BendParam
     min_gain_t = accept.min_gain_t if apart >= accept.clear_distance_cells else accept.unclear_gain_t
     if reason := _refusal(held, accept, min_gain_t):
         return replace(refused, reason=reason, evidence=evidence)
-    return _fit(a, replace(refused, evidence=evidence), fitting, board, accept)
+    return _fit(a, replace(refused, evidence=evidence), fitting, held, accept)
 
 
-def _fit(a: OccupancyGrid, refused: Bend, fitting: ElasticFit, board: Board, accept: AcceptanceParams) -> Bend:
+def _fit(a: OccupancyGrid, refused: Bend, fitting: ElasticFit, held: HeldBack, accept: AcceptanceParams) -> Bend:
     """Fit to all faces once the test is passed, and refuse a displacement that folds or stretches too much."""
     pair = fitting.pair
     fitted = fitting.fit(pair.sample_a, pair.sample_b)
@@ -112,7 +114,7 @@ def _fit(a: OccupancyGrid, refused: Bend, fitting: ElasticFit, board: Board, acc
     if determinant < accept.min_determinant or least < accept.min_stretch or greatest > accept.max_stretch:
         reason = f"the maps bend, but only a stretch of {least:.2f} to {greatest:.2f} would bring their walls together"
         return replace(refused, reason=reason, evidence=evidence)
-    std_cells = jackknife_std(leave_quarters_out(fitting, board, fitted), fitting.lattice.nodes())
+    std_cells = jackknife_std(held.fits, fitting.lattice.nodes())
     reason = (
         f"bent by up to {evidence.largest_move:.0f} cells: three in four walls lie within "
         f"{evidence.walls_after:.1f} cells, {evidence.walls_before:.1f} before; walls held back from the fit agree"

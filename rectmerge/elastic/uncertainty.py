@@ -7,22 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rectmerge.elastic.acceptance import Board
-from rectmerge.elastic.fit import ElasticFit
 from rectmerge.elastic.lattice import Displacement
-
-QUARTERS = 4
-STEPS = 3  # from the fit to all faces, which a quarter of the faces changes little
-
-
-def leave_quarters_out(fitting: ElasticFit, board: Board, fitted: Displacement) -> tuple[Displacement, ...]:
-    """Fit four times, each time without the faces in a quarter of the squares."""
-    quarter_a, quarter_b = board.quarters()
-    pair = fitting.pair
-    return tuple(
-        fitting.fit(pair.sample_a[quarter_a != k], pair.sample_b[quarter_b != k], start=fitted, steps=STEPS)
-        for k in range(QUARTERS)
-    )
 
 
 def jackknife_std(left_out: tuple[Displacement, ...], points: ArrayLike) -> NDArray[np.float64]:

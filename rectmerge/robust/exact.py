@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from rectmerge.alignment import Candidate
 from rectmerge.analysis.overlap import Agreement, AgreementMeter
+from rectmerge.elastic.unbend import unbend
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust import wall_agreement
 from rectmerge.robust.params import ExactParams
@@ -30,6 +31,19 @@ class Answer:
     def beside_mirror(self, mirror_log_odds: float) -> Answer:
         """Return the answer with the best placement of the mirror image as a rival."""
         return replace(self, evidence=replace(self.evidence, mirror_log_odds=mirror_log_odds))
+
+    def unbent(self, a: OccupancyGrid, b: OccupancyGrid) -> Answer:
+        """Let unbending speak for the answer where that decides, and walls held back from its fit confirm it.
+
+        Parameters
+        ----------
+        a, b
+            The fixed and the moving map.
+        """
+        params = self.evidence.params
+        confirmed = replace(self.evidence, bend_log_odds=params.bend_log_odds)
+        decides = self.evidence.probability < params.accept_at <= confirmed.probability
+        return replace(self, evidence=confirmed) if decides and unbend(a, b, _similarity(self.fit)) else self
 
     def candidate(self, a: OccupancyGrid, b: OccupancyGrid, *, is_swapped: bool) -> Candidate:
         """Return the answer as a placement of B on A; A was moved onto B if swapped."""

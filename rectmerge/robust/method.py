@@ -74,6 +74,7 @@ class Robust(Params):
         answers, is_mirrored = make_exact(pair, ranking, fixed, moving, bounds), False
         if not (answers[0].evidence.is_sure or isinstance(hint, Guess)):
             answers, is_mirrored = self._challenge_by_mirror(answers, result, fixed, moving, bounds, rng)
+        answers = [answers[0].unbent(fixed.grid, moving.grid), *answers[1:]]
         # decide
         verdict, reason = self._decide(answers[0], is_mirrored, maps)
         better_from = answers[0].evidence.plausibility + self.hint.better_by

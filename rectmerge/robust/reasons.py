@@ -24,6 +24,8 @@ class MapFacts:
 def accepted(evidence: Evidence, agreement: Agreement, params: ReasonParams) -> str:
     """Say why a placement is accepted."""
     said = f"the walls of both maps agree over {agreement.overlap:.0%} of the smaller free area"
+    if evidence.bend_log_odds:
+        return f"{said}; they are bent against each other, and a bend holds where it was not fitted"
     return f"{said}; they are bent against each other" if _is_bent(evidence, params) else said
 
 

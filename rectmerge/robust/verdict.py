@@ -46,6 +46,8 @@ class Evidence:
         Whether the scale ended at the limit of what was allowed: the maps would fit better beyond it.
     residual_cells
         Root mean square distance of the matched surfaces, in cells of the map that stays.
+    bend_log_odds
+        Log-odds that unbending adds: 0 where it was not tried, or where walls held back from the fit do not confirm it.
     params
         Thresholds of the verdict.
     """
@@ -64,12 +66,15 @@ class Evidence:
     slack_cells: float = 0.0
     is_at_limit: bool = False
     residual_cells: float = 0.0
+    bend_log_odds: float = 0.0
     params: VerdictParams = field(default_factory=VerdictParams)
 
     @property
     def probability(self) -> float:
         """Probability that the placement is right, and none of the others."""
-        alone = probability(self.plausibility, self.rest_log_odds, self.mirror_log_odds, self.params)
+        alone = probability(
+            self.plausibility, self.rest_log_odds, self.mirror_log_odds, self.params, bend_log_odds=self.bend_log_odds
+        )
         return min(alone, 0.5) if self.is_slack or self.is_at_limit else alone
 
     @property
@@ -96,7 +101,14 @@ class Evidence:
         return measured
 
 
-def probability(log_odds: float, rest_log_odds: float, mirror_log_odds: float, params: VerdictParams) -> float:
+def probability(
+    log_odds: float,
+    rest_log_odds: float,
+    mirror_log_odds: float,
+    params: VerdictParams,
+    *,
+    bend_log_odds: float = 0.0,
+) -> float:
     """Return the probability that a placement is right, from its log-odds and its lead over all others.
 
     Of two maps of different places, many placements are about as good as the best; a right one leads. What the others
@@ -110,10 +122,13 @@ def probability(log_odds: float, rest_log_odds: float, mirror_log_odds: float, p
         none.
     params
         Weights of both.
+    bend_log_odds
+        Log-odds that unbending adds. They do not count against other placements, which may be unbent as well.
     """
     lead = log_odds - float(np.logaddexp.reduce([rest_log_odds, mirror_log_odds, params.chance_log_odds]))
     constant, of_own, of_lead = params.weights
-    alone = posterior(constant + of_own * log_odds + of_lead * lead) * posterior(log_odds - rest_log_odds)
+    alone = posterior(constant + of_own * log_odds + of_lead * lead + bend_log_odds)
+    alone *= posterior(log_odds - rest_log_odds)
     return min(alone, 0.5) if mirror_log_odds > log_odds else alone
 
 

@@ -202,6 +202,21 @@ def test_an_alignment_without_candidate_is_refused():
         rm.unbend(a, a, Alignment(verdict="rejected", reason="map B has no free cell", method="robust"))
 
 
+def test_a_building_laid_on_itself_half_turned_is_refused_once_it_is_judged():
+    a = large_building()
+    half = np.array([a.shape[1] - 1, a.shape[0] - 1])
+    turned = rm.Similarity(1.0, math.pi, float(half[0]), float(half[1]))
+
+    judged = rm.check(a, a, turned)
+    bend = rm.unbend(a, a, judged)
+
+    assert judged.verdict == "rejected"
+    assert not bend
+    assert bend.warp is None
+    assert "the placement is rejected" in bend.reason
+    assert judged.reason in bend.reason
+
+
 def test_an_alignment_gives_its_best_candidate():
     a = large_building()
     alignment = rm.align(a, a)

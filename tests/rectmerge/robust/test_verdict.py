@@ -73,6 +73,14 @@ def test_a_poor_placement_is_not_accepted_for_want_of_rivals(odds):
     assert judge(Evidence(plausibility=odds)) == "rejected"
 
 
+@given(EVIDENCE, st.floats(0, 5))
+def test_unbending_never_speaks_against_a_placement_nor_against_its_rivals(evidence, added):
+    confirmed = dataclasses.replace(evidence, bend_log_odds=added)
+
+    assert confirmed.probability >= evidence.probability
+    assert confirmed.probability <= posterior(evidence.plausibility - evidence.rest_log_odds)
+
+
 def test_no_gap_lies_between_accepted_and_ambiguous():
     verdicts = [judge(Evidence(plausibility=odds)) for odds in np.linspace(-8, 8, 801)]
 
