@@ -11,12 +11,13 @@ import numpy as np
 from rectmerge import methods
 from rectmerge.alignment import Alignment, Method, ScaleReport, ScaleSource, right_resolutions
 from rectmerge.errors import InputError
-from rectmerge.grid import OccupancyGrid
+from rectmerge.grid import OccupancyGrid, known_part, map_frame_to_pixels
 from rectmerge.hints import ByHand, Guess, Hint, TakesHints
 from rectmerge.methods import DEFAULT_METHOD
 from rectmerge.similarity import Similarity
 
 FREE_SCALE = (0.5, 2.0)
+FRAME_FACTOR = 4.0  # times its known part's area: a larger map is cropped first; by hand, so that usual maps stay whole
 MAX_SCALE = 10_000.0  # cells of one map per cell of the other: beyond, one map lies in a single cell of the other
 MAX_ORIGIN_CELLS = 1e11  # beyond, floating-point numbers do not resolve single cells
 HAND_SCALE_FACTOR = 10.0  # by which a placement by hand may leave the bounds of the scale; more is a typing error
@@ -79,7 +80,9 @@ def align(
         if not all(abs(number) <= MAX_SHIFT_CELLS * max(1.0, a.cell_size) for number in guess):
             raise InputError(f"guess must be three finite numbers (x, y, yaw) near the maps, got {guess}")
         chosen = _with_hint(chosen, Guess(*guess))
-    return _align(chosen, a, b, scale, seed)
+    parts = _without_frame(a), _without_frame(b)
+    alignment = _align(chosen, *parts, scale, seed)
+    return alignment if parts == (a, b) else _on_whole_maps(alignment, a, b)
 
 
 def check(
@@ -126,6 +129,20 @@ def check(
         raise InputError(f"{fault}: correct it, or give the scale (--scale LO:HI) if it is meant")
     chosen = methods.make_method(method) if isinstance(method, str) else method
     return _align(_with_hint(chosen, ByHand(pixels)), a, b, scale, seed)
+
+
+def _without_frame(grid: OccupancyGrid) -> OccupancyGrid:
+    """Return the known part of a map that lies in a large frame of unknown cells, which would only cost time."""
+    part = known_part(grid)
+    return part if grid.occupancy.size > FRAME_FACTOR * part.occupancy.size else grid
+
+
+def _on_whole_maps(alignment: Alignment, a: OccupancyGrid, b: OccupancyGrid) -> Alignment:
+    """Return an alignment of parts of two maps, in the same map frames, with the pixels of the whole maps."""
+    candidates = tuple(
+        dataclasses.replace(each, pixels=map_frame_to_pixels(each.b_to_a, a, b)) for each in alignment.candidates
+    )
+    return dataclasses.replace(alignment, candidates=candidates)
 
 
 def judges_itself(method: Method) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -131,6 +131,17 @@ def unusable(grid: OccupancyGrid) -> str:
     if grid.free.any():
         return ""
     return "all cells are unknown" if grid.unknown.all() else "no cell is free"
+
+
+def known_part(grid: OccupancyGrid) -> OccupancyGrid:
+    """Return the smallest map, in the same map frame, that has all known cells; the map itself where it has none."""
+    is_known = grid.occupancy != UNKNOWN
+    rows, cols = np.flatnonzero(is_known.any(axis=1)), np.flatnonzero(is_known.any(axis=0))
+    if len(rows) == 0:
+        return grid
+    top, bottom, left, right = rows[0], rows[-1] + 1, cols[0], cols[-1] + 1
+    x, y = grid.pixel_to_map([left - 0.5, bottom - 0.5])
+    return replace(grid, occupancy=grid.occupancy[top:bottom, left:right], origin=(float(x), float(y), grid.origin[2]))
 
 
 def pixels_to_map_frame(pixels: Similarity, a: OccupancyGrid, b: OccupancyGrid) -> Similarity:
