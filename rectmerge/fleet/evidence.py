@@ -121,6 +121,10 @@ class Evidence:
         """Measure the overlap of a pair under a placement of its second map on its first."""
         return overlap(self.maps[pair[0]], self.maps[pair[1]], placement)[0]
 
+    def agrees(self, pair: Pair, placement: ComplexSimilarity) -> bool:
+        """Return whether a candidate of an asked pair agrees with a placement."""
+        return self._told(pair, placement).candidate is not None
+
     def is_measured(self, pair: Pair, placement: ComplexSimilarity) -> bool:
         """Return whether the walls were asked about a placement of a pair, or one that is the same."""
         return self._walls_at(pair, placement) is not None

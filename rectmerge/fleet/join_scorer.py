@@ -27,6 +27,10 @@ class Join:
         Against every other placement and none.
     agreeing
         Candidates that say so.
+    unrivalled
+        Log-odds against none alone.
+    rivals
+        Other placements that candidates speak for and that rest on few pairs.
     """
 
     left: tuple[int, ...]
@@ -34,6 +38,8 @@ class Join:
     placement: ComplexSimilarity
     log_odds: float
     agreeing: tuple[PairCandidate, ...]
+    unrivalled: float = math.inf
+    rivals: tuple[ComplexSimilarity, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,9 +68,21 @@ class JoinScorer:
         scored = [self._score(placement, pairs, set(left)) for placement in proposals]
         best = max(range(len(scored)), key=lambda index: scored[index][0])
         others = [nats for index, (nats, _) in enumerate(scored) if index != best]
-        chances = math.log(len(left) * len(right))  # of a false edge between the two
-        log_odds = scored[best][0] - chances - float(np.logaddexp.reduce([0.0, *others]))
-        return Join(tuple(left), tuple(right), proposals[best], log_odds, scored[best][1])
+        alone = scored[best][0] - math.log(len(left) * len(right))  # so many chances of a false edge between the two
+        few = self.params.join.few_agreeing
+        return Join(
+            left=tuple(left),
+            right=tuple(right),
+            placement=proposals[best],
+            log_odds=alone - float(np.logaddexp.reduce([0.0, *others])),
+            agreeing=scored[best][1],
+            unrivalled=alone,
+            rivals=tuple(
+                proposals[index]
+                for index, (nats, agreeing) in enumerate(scored)
+                if index != best and nats > 0 and len(agreeing) <= few
+            ),
+        )
 
     def cut_log_odds(self, left: Sequence[int], right: Sequence[int]) -> float:
         """Return the log-odds that two parts of a component lie right to each other, by all pairs between them."""

@@ -85,9 +85,6 @@ class Joining:
                 else:
                     self._forget(best.left[0], best.right[0])
                 continue
-            if self._measure(best):
-                self._forget(best.left[0], best.right[0])
-                continue
             self._make(best)
 
     def _reconsider_all(self, *, is_cut_only: bool = False) -> bool:
@@ -164,7 +161,7 @@ class Joining:
         best = None
         for key, pairs in sorted(between.items()):
             if key not in self._offers:
-                self._offers[key] = self._scorer.offer(self.members[key[0]], self.members[key[1]], pairs)
+                self._offers[key] = self._offer(self.members[key[0]], self.members[key[1]], pairs)
             offer = self._offers[key]
             if offer is None or self._is_undone(offer):
                 continue
@@ -194,21 +191,30 @@ class Joining:
                         implied.append((-share, pair))
         return [pair for _, pair in sorted(implied)[: params.asked_at_once]]
 
-    def _measure(self, join: Join) -> bool:
-        """Ask the walls of all pairs that a join by few of them lays on each other; return whether any are new."""
-        if len(join.agreeing) > self.params.join.few_agreeing:
-            return False
+    def _offer(self, left: Sequence[int], right: Sequence[int], pairs: Sequence[Pair]) -> Join | None:
+        """Return the most probable join of two parts, once the walls were asked where few pairs speak for it.
+
+        They are asked about its rivals too: a sure but wrong pair does not outvote several that agree.
+        """
+        offer = self._scorer.offer(left, right, pairs)
+        while offer is not None and offer.unrivalled >= self.params.join.trial_log_odds and self._measure(offer, pairs):
+            offer = self._scorer.offer(left, right, pairs)
+        return offer
+
+    def _measure(self, join: Join, pairs: Sequence[Pair]) -> bool:
+        """Ask the walls about a join and its rivals, where few pairs speak for them; return whether anything is new."""
         is_new = False
-        agreeing = {candidate.pair for candidate in join.agreeing}
-        for pair in self.evidence.between(join.left, join.right):
-            first, second = (
-                self.poses[index] if index in join.left else join.placement @ self.poses[index] for index in pair
-            )
-            placement = first.inverse() @ second
-            is_laid = pair in agreeing or self.evidence.overlap(pair, placement) >= self.params.join.implied_overlap
-            if is_laid and not self.evidence.is_measured(pair, placement):
-                self.evidence.measure(pair, placement)
-                is_new = True
+        is_single = len(join.agreeing) <= self.params.join.few_agreeing
+        for placement in (*([join.placement] if is_single else ()), *join.rivals):
+            for pair in pairs:
+                first, second = (
+                    self.poses[index] if index in join.left else placement @ self.poses[index] for index in pair
+                )
+                place = first.inverse() @ second
+                is_laid = self.evidence.overlap(pair, place) >= self.params.join.implied_overlap
+                if (is_laid or self.evidence.agrees(pair, place)) and not self.evidence.is_measured(pair, place):
+                    self.evidence.measure(pair, place)
+                    is_new = True
         return is_new
 
     def _make(self, join: Join) -> None:

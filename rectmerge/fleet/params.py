@@ -84,6 +84,7 @@ class PlaceParams(Group):
 
     sigmas: float = param(2.0, "standard deviations", "2 and 3 alike, 1 worse, on 23 simulated fleets and real maps")
     sigma: float = param(0.01, "share of the smaller map's diagonal", TRIED)  # and at most this: half the say is lost
+    start_sigma: float = param(0.05, "share of the smaller map's diagonal", "all that agrees")  # halved each time
     min_sigma: float = param(0.0005, "share of the smaller map's diagonal", HAND)
     min_overlap: float = param(0.02, "share", HAND)  # a pair counts by its overlap, and by this at least
     passes: int = param(3, "passes", HAND)  # of placement and agreement

@@ -2,8 +2,9 @@
 
 A similarity is linear in (a, b, tx, ty), in complex form in (turn, shift), so the placements that bring the shared
 points of all pairs together solve a linear system. Weights are those of Geman and McClure (1987): a pair that
-contradicts the others loses its say. All maps' coordinates are taken about their centre in units of their radius, which
-keeps the system well conditioned.
+contradicts the others loses its say; at first only a little of it, so that the poses to begin with may be those of the
+wrong pair (A. Blake and A. Zisserman, Visual Reconstruction, 1987, ch. 7). All maps' coordinates are taken about their
+centre in units of their radius, which keeps the system well conditioned.
 """
 
 from __future__ import annotations
@@ -57,9 +58,9 @@ def place(
     blocks = [_block(edge, maps) for edge in edges]
     current = {index: poses[index] for index in named}
     spare = len(edges) - len(connected) + len(set(held))  # pairs more than a tree has
-    for _ in range(params.iterations):
+    for iteration in range(params.iterations):
         residuals = np.array([_residual(edge, current) for edge in edges])
-        sigma = _spread(residuals, spare, params)
+        sigma = max(_spread(residuals, spare, params), params.start_sigma / 2**iteration)
         matrix = np.zeros((2 * len(named), 2 * len(named)), np.complex128)
         for edge, block, residual in zip(edges, blocks, residuals, strict=True):
             at = [column[edge.pair[0]], column[edge.pair[0]] + 1, column[edge.pair[1]], column[edge.pair[1]] + 1]
@@ -73,7 +74,7 @@ def place(
             marks = maps[index].landmarks
             moved = max(moved, float(np.abs(pose.apply(marks) - current[index].apply(marks)).max()))
             current[index] = pose
-        if moved < params.settled_cells:
+        if moved < params.settled_cells and params.start_sigma / 2**iteration <= params.sigma:
             break
     return current
 

@@ -178,6 +178,20 @@ def test_a_sure_but_wrong_pair_joins_no_map_of_another_building():
         assert "fits home2 alone" in graph.left_out["other0"]
 
 
+def test_sure_lies_of_single_pairs_do_not_outvote_the_pairs_that_agree():
+    made = fleet(3, home=5, other=0, side=180)
+    lies = {
+        pair: Similarity(1.0, 0.6 + index, 40.0 * index, 10.0) @ made.b_to_a(*pair)
+        for index, pair in enumerate([("home0", "home3"), ("home1", "home4"), ("home1", "home3")])
+    }
+
+    graph = align_many(made.maps, method=Oracle(made, lies=lies))
+
+    assert graph
+    assert {graph.pairs[pair].status for pair in lies} <= {"thrown out", "not asked"}
+    assert worst_error(made, graph) < 0.01
+
+
 def test_a_wrong_join_that_nothing_can_contradict_is_named_as_a_bridge():
     made = fleet(2, home=3, other=0)
     twin, pose = window(plan(4), np.random.default_rng(0), (175.0, 175.0), 130)  # the same floor of another house

@@ -111,3 +111,17 @@ def test_a_swapped_answer_is_the_same_evidence():
     one, other = there.candidates[0, 1][0], back.candidates[0, 1][0]
     assert one.alone == other.alone == pytest.approx(np.log(9))
     assert one.images == pytest.approx(other.images)
+
+
+def test_poses_that_begin_at_a_wrong_pair_end_at_those_that_agree():
+    made = fleet(1, home=4, other=0, side=190)
+    samples, edges = edges_of(made, 0.0)
+    start = [ComplexSimilarity.from_similarity(pose) for pose in made.poses.values()]
+    lie = next(edge for edge in edges if edge.pair == (0, 3))
+    moved = ComplexSimilarity(1.0 + 0j, 0.035 * lie.span * (1 + 0j)) @ lie.placement  # it still agrees, but barely
+    wrong = dataclasses.replace(lie, placement=moved, images=moved.apply(lie.points))
+    start[3] = start[0] @ moved
+
+    poses = place(samples, start, [wrong if edge is lie else edge for edge in edges], {0}, PARAMS)
+
+    assert max(errors(made, poses)) < 0.002
