@@ -28,11 +28,13 @@ GROUPS = {  # by variant; lasers may have none
     "layout-hard": "floor plans, turned and rescaled",
     "laser": "rigid lasers",
     "negative": "other places, by force",
+    "carried": "simulated, as people carry them",
     "bent": "simulated, by estimated poses",
     "rigid": "simulated, by true poses",
 }
 SUITE = "bent"  # of simulated pairs
 MIN_POINTS = 100  # control points, from which the best bend is known
+CARRIED = "drift"  # begins the variants whose maps are as people carry them
 ERRORS = ("e_similarity", "e_best", "e_best_bend", "e_unbent")
 
 
@@ -54,6 +56,8 @@ class UnbentPair:
         RMSE over the control points in cells of A: of the best candidate, of the least-squares similarity, of a smooth
         displacement through half of the points measured on the other half, and of the answer, which is bent where that
         was accepted. None where the pair is unrelated, or has too few points.
+    double_walls_before, double_walls_after
+        Share of the common walls that the merged map shows twice; None where the maps have none in common.
     seconds, align_seconds
         Wall time of unbending, and of the alignment before.
     """
@@ -66,6 +70,8 @@ class UnbentPair:
     e_best: float | None
     e_best_bend: float | None
     e_unbent: float | None
+    double_walls_before: float | None
+    double_walls_after: float | None
     seconds: float
     align_seconds: float
 
@@ -86,6 +92,8 @@ def pair_sources(maps: str | Path) -> list[PairSource]:
 def group_of(info: Mapping[str, Any]) -> str:
     """Return the group of a pair by the columns of its row."""
     if "pose_source" in info:
+        if str(info.get("variant", "")).startswith(CARRIED):
+            return "carried"
         return "rigid" if info["pose_source"] == "truth" else "bent"
     return str(info.get("variant", "laser"))
 
@@ -108,6 +116,7 @@ def unbend_pair(group: str, pair: MapPair) -> UnbentPair | None:
         return None
     pixels = alignment.candidates[0].pixels
     bend = rectmerge.unbend(pair.a, pair.b, pixels)
+    walls_before, walls_after = bend.double_walls(pair.a, pair.b)
     before = after = best_bend = None
     if pair.control_points is not None:
         at_a, at_b = pair.control_points[:, :2], pair.control_points[:, 2:]
@@ -124,6 +133,8 @@ def unbend_pair(group: str, pair: MapPair) -> UnbentPair | None:
         e_best=pair.residual_px,
         e_best_bend=best_bend,
         e_unbent=after,
+        double_walls_before=walls_before,
+        double_walls_after=walls_after,
         seconds=bend.seconds,
         align_seconds=align_seconds,
     )
@@ -171,7 +182,8 @@ def page(pairs: Sequence[UnbentPair], machine: Mapping[str, Any]) -> str:
 
 def summary_table(groups: Mapping[str, Sequence[UnbentPair]]) -> str:
     """Return one line for each group: medians of the errors, and shares of pairs that changed."""
-    heads = ["set", "n", "bent", "similarity", "best similarity", "best bend", "unbent", "better", "worse", "time"]
+    errors = ["similarity", "best similarity", "best bend", "unbent"]
+    heads = ["set", "n", "bent", *errors, "better", "worse", "double walls, %", "time"]
     lines = []
     for name, members in groups.items():
         if not members:
@@ -179,12 +191,22 @@ def summary_table(groups: Mapping[str, Sequence[UnbentPair]]) -> str:
         count = len(members)
         change = [p.e_unbent / p.e_similarity for p in members if p.e_unbent is not None and p.e_similarity]
         better, worse = sum(c < 1 - CHANGE for c in change), sum(c > 1 + CHANGE for c in change)
-        errors = [_median([getattr(p, key) for p in members]) for key in ERRORS]
+        medians = [_median([getattr(p, key) for p in members]) for key in ERRORS]
         changed = [f"{better} ({better / count:.0%})", f"{worse}"] if change else ["-", "-"]
         ratio = np.median([p.seconds / p.align_seconds for p in members])
         bent = str(sum(p.accepted for p in members))
-        lines.append([GROUPS[name], str(count), bent, *errors, *changed, f"{ratio:.2f}"])
+        lines.append([GROUPS[name], str(count), bent, *medians, *changed, _double_walls(members), f"{ratio:.2f}"])
     return markdown(heads, lines)
+
+
+def _double_walls(pairs: Sequence[UnbentPair]) -> str:
+    """Return the mean shares of double walls before and after, over the pairs that were bent."""
+    bent = [
+        (p.double_walls_before, p.double_walls_after)
+        for p in pairs
+        if p.accepted and p.double_walls_before is not None and p.double_walls_after is not None
+    ]
+    return " to ".join(f"{100 * share:.0f}" for share in np.mean(bent, axis=0)) if bent else "-"
 
 
 def pair_table(pairs: Sequence[UnbentPair]) -> str:
@@ -206,10 +228,11 @@ verdict. Errors: RMSE over the control points in cells of A, medians over pairs;
 are hand-made on real maps; on simulated ones (the suite `bent`) each is placed by its scan's estimated poses in both
 maps, and so a sample of the true bend. *Best similarity*: fitted to the points themselves, what no similarity can
 undercut. *Best bend*: a smooth displacement fitted to every other point and measured on the others; what is left there
-is of walls that a robot drew in two places. *Better*, *worse*: pairs whose error changes by more than 10 %. *Time*: of
-`rm.unbend`, over that of `rm.align`. *Other places*: maps of two places, laid on each other by force; none should be
-bent, nor should rigid maps. The thresholds of the test were chosen on these real pairs: places it has not seen are the
-test that counts.
+is of walls that a robot drew in two places. *Better*, *worse*: pairs whose error changes by more than 10 %. *Double
+walls*: mean share of the common walls that the merged map shows twice, more than 2 cells apart, of the pairs that were
+bent. *Time*: of `rm.unbend`, over that of `rm.align`. *Other places*: maps of two places, laid on each other by force;
+none should be bent, nor should rigid maps. The thresholds of the test were chosen on these real pairs, and on other
+missions like those that people carry: places it has not seen are the test that counts.
 """
 PROVENANCE = """    rectbench unbending MAPS -o results/unbending/README.md
 

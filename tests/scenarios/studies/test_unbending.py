@@ -12,7 +12,8 @@ MACHINE = {"processor": "P", "cores": 2, "system": "S", "python": "3", "commit":
 def measured(e_similarity, e_unbent, *, group="sensor-hard", accepted=True):
     return UnbentPair(
         group=group, pair_id="p", accepted=accepted, reason="as told", e_similarity=e_similarity, e_best=3.0,
-        e_best_bend=None, e_unbent=e_unbent, seconds=1.0, align_seconds=2.0,
+        e_best_bend=None, e_unbent=e_unbent, double_walls_before=0.5, double_walls_after=0.2, seconds=1.0,
+        align_seconds=2.0,
     )  # fmt: skip
 
 
@@ -28,6 +29,7 @@ def test_a_bent_pair_is_measured_on_its_control_points():
     assert row.accepted, row.reason
     assert row.e_unbent < 0.5 * row.e_similarity
     assert row.e_best == 4.0
+    assert row.double_walls_after < row.double_walls_before
     assert row.e_best_bend < 0.5 * row.e_similarity
 
 
@@ -36,8 +38,11 @@ def test_the_table_counts_pairs_that_changed_by_a_tenth():
 
     line = summary_table({"sensor-hard": rows, "negative": [measured(None, None, group="negative")]}).splitlines()
 
-    assert line[2] == "| hand-held, turned and rescaled | 4 | 3 | 10.00 | 3.00 | - | 9.75 | 1 (25%) | 1 | 0.50 |"
-    assert line[3] == "| other places, by force | 1 | 1 | - | 3.00 | - | - | - | - | 0.50 |"
+    assert (
+        line[2]
+        == "| hand-held, turned and rescaled | 4 | 3 | 10.00 | 3.00 | - | 9.75 | 1 (25%) | 1 | 50 to 20 | 0.50 |"
+    )
+    assert line[3] == "| other places, by force | 1 | 1 | - | 3.00 | - | - | - | - | 50 to 20 | 0.50 |"
 
 
 def test_the_page_names_its_command_and_each_pair():
@@ -49,8 +54,9 @@ def test_the_page_names_its_command_and_each_pair():
 
 def test_pairs_are_grouped_by_their_variant_or_the_source_of_their_poses():
     rows = [{"variant": "sensor-hard"}, {}, {"pose_source": "truth"}, {"pose_source": "slam"}]
+    carried = {"pose_source": "odometry", "variant": "drift-0.2"}
 
-    assert [group_of(row) for row in rows] == ["sensor-hard", "laser", "rigid", "bent"]
+    assert [group_of(row) for row in [*rows, carried]] == ["sensor-hard", "laser", "rigid", "bent", "carried"]
 
 
 def test_the_command_names_the_data_set_that_is_missing_and_writes_nothing(tmp_path, capsys):
