@@ -29,6 +29,15 @@ class BagName(NamedTuple):
     topic: str | None
 
 
+class BagMessage(NamedTuple):
+    """Message of a bag as it was recorded: seconds, topic, type such as ``nav_msgs/msg/OccupancyGrid``, and bytes."""
+
+    time_s: float
+    topic: str
+    type: str
+    data: bytes
+
+
 class _Bag(NamedTuple):
     """An open bag: its connections, their messages as (connection, time, bytes), and the decoder of a map."""
 
@@ -133,6 +142,23 @@ def bag_maps(path: str | os.PathLike[str]) -> Iterator[tuple[float, str, Occupan
                 yield time * 1e-9, connection.topic, fault
             else:
                 yield time * 1e-9, connection.topic, grid
+
+
+def bag_messages(path: str | os.PathLike[str]) -> Iterator[BagMessage]:
+    """Yield every message of a bag of ROS 2, serialized as it was recorded (CDR), in the order of their times.
+
+    Raises
+    ------
+    MapFileError
+        If rosbags is not installed, the bag cannot be read, or it is of ROS 1.
+    """
+    file = Path(path)
+    _require_bag(file)
+    if file.suffix == ".bag" and not file.is_dir():
+        raise MapFileError(f"{file}: is a bag of ROS 1; name one of ROS 2: MCAP, sqlite3 or a rosbag2 folder")
+    with _opened(file) as opened:
+        for connection, time, data in opened.messages():
+            yield BagMessage(time * 1e-9, connection.topic, connection.msgtype, bytes(data))
 
 
 @contextmanager

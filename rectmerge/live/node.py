@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 import threading
 from collections.abc import Sequence
@@ -36,6 +37,7 @@ from rectmerge.live.settings import Settings
 from rectmerge.similarity import Similarity
 
 MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
+LONGEST_END_S = 1.5  # an interrupt ends the node within 2 s
 MOST_ROBOTS = 100  # transforms that a late subscriber gets
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE)
 VOLATILE = QoSProfile(depth=1, durability=DurabilityPolicy.VOLATILE, reliability=ReliabilityPolicy.RELIABLE)
@@ -222,7 +224,7 @@ def run(defaults: Settings, ros_arguments: Sequence[str] = ()) -> None:
         rclpy.try_shutdown()
         raise
     ended = threading.Event()
-    worker = threading.Thread(target=_work, args=(node, ended), daemon=True)  # a merge in progress holds nobody up
+    worker = threading.Thread(target=_work, args=(node, ended), daemon=True)
     worker.start()
     try:
         rclpy.spin(node)
@@ -231,6 +233,9 @@ def run(defaults: Settings, ros_arguments: Sequence[str] = ()) -> None:
     finally:
         ended.set()
         rclpy.try_shutdown()
+        worker.join(LONGEST_END_S)
+        if worker.is_alive():  # a merge in progress holds nobody up, and Python cannot end beside ROS's threads
+            os._exit(0)
 
 
 def _work(node: MergerNode, ended: threading.Event) -> None:
@@ -241,8 +246,9 @@ def _work(node: MergerNode, ended: threading.Event) -> None:
         except RectMergeError as error:
             node.get_logger().error(str(error))
         except Exception:
-            if not ended.is_set():  # publishers of a node that ends raise whatever they like
-                raise
+            if ended.is_set() or not rclpy.ok():  # publishers of a node that ends raise whatever they like
+                return
+            raise
 
 
 def main() -> None:

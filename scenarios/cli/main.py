@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rectmerge.cli import console
 from rectmerge.cli.app import App
-from scenarios.cli import carmen, catalogue, check_method, dataset, fleets, leaderboard, pictures, run, studies
+from scenarios.cli import carmen, catalogue, check_method, dataset, fleets, leaderboard, mission, pictures, run, studies
 
 app = App("Benchmark map merging on simulated and real pairs with known truth.")
 COMMANDS = (  # in the order of the help
@@ -30,6 +30,7 @@ COMMANDS = (  # in the order of the help
     studies.realism,
     studies.unbending,
     studies.live,
+    mission.mission,
     catalogue.suites,
     catalogue.worlds,
 )

@@ -1,4 +1,4 @@
-"""Robot whose map grows, as a process of its own: ``python -m tests.rectmerge.live.robot_process ROBOT FRAME ...``."""
+"""Robot whose map grows, as a process of its own: ``python -m tests.ros.robot_process ROBOT FRAME ...``."""
 
 from __future__ import annotations
 
