@@ -246,7 +246,9 @@ def _repeated(candidates: Sequence[Candidate], params: EvidenceParams) -> list[f
     """Return the log-odds of candidates in a place that repeats itself.
 
     There the walls of an alias fit nearly as well, and whichever lets more walls meet looks more plausible: only the
-    quality of the fit counts, so the terms of quantity are taken out of the plausibility.
+    quality of the fit counts, so the terms of quantity are taken out of the plausibility. The best is likely by its
+    lead over the next: among identical rooms none leads, and where rooms differ a little only the right placement lays
+    no wall on solid floor.
     """
     model = ConfidenceParams()
     weights = dict(zip(RIGID_TERMS, model.rigid, strict=True))
@@ -258,8 +260,10 @@ def _repeated(candidates: Sequence[Candidate], params: EvidenceParams) -> list[f
         fit -= weights["log_clutter_matched"] * math.log(matched + model.min_matched_faces)
         fit -= weights["log_overlap"] * math.log(share + model.min_overlap)
         fits.append(fit - (params.little_overlap_cost if share < params.little_overlap else 0.0))
-    best = max(fits)
-    level = min(max(params.fit_weight * (best - params.good_fit), -params.max_fit), params.max_fit)
+    best, second = sorted(fits, reverse=True)[:2]
+    on_floor = candidates[fits.index(best)].evidence.get("on_floor", 0.0)
+    level = params.lead_weight * (best - second - params.even_lead) - params.floor_cost * on_floor
+    level = min(max(level, -params.max_lead), params.max_lead)
     return [level + params.fit_weight * (fit - best) for fit in fits]
 
 
