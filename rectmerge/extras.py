@@ -12,6 +12,7 @@ EXTRA_OF = {
     **dict.fromkeys(("jinja2", "matplotlib", "distributed", "tomli_w"), "bench"),
     "rosbags": "ros",
     "rclpy": "live",
+    "sklearn": "dev",
 }
 SIMULATOR = ("pybullet", "shapely")
 

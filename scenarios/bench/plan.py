@@ -7,13 +7,14 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from rectmerge.errors import InputError
 from rectmerge.methods import DEFAULT_METHOD
 from scenarios.bench.contenders import Contender, make_contenders
 from scenarios.bench.entrants import EVERYBODY, contenders
 from scenarios.bench.external_program import Program, labelled
 from scenarios.dataset.reader import dataset_name, is_dataset, open_dataset
 from scenarios.pairs.pair import PairSource
-from scenarios.suites.suite import load_suite, suite_names
+from scenarios.suites.suite import load_suite, suite_names, with_cell_noise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +58,7 @@ def plan_run(
     commands: Sequence[str] = (),
     *,
     knows_scale: bool = False,
+    cell_noise: bool = False,
     seed: int = 0,
 ) -> RunPlan:
     """Plan a run from the words of a command.
@@ -74,13 +76,15 @@ def plan_run(
         Command lines of programs, as in `Program`.
     knows_scale
         Whether the contenders get the true ratio of the maps' cells.
+    cell_noise
+        Whether a suite's levels of noise are those of version 1, even noise of the cells.
     seed
         Seed of every answer.
 
     Raises
     ------
     InputError
-        If the target or a contender does not exist, or a contender cannot be made.
+        If the target or a contender does not exist, a contender cannot be made, or cell noise is asked of a data set.
     """
     if EVERYBODY in methods:
         methods = [name for name in methods if name != EVERYBODY] + [entry.label for entry in contenders()]
@@ -89,6 +93,8 @@ def plan_run(
     default = [] if others else [DEFAULT_METHOD]
     # `make demo` leaves a folder `demo`, which must not hide the suite of that name
     if is_dataset(target) or (Path(target).is_dir() and target not in suite_names()):
+        if cell_noise:
+            raise InputError(f"{target}: a data set has its noise; generate it with --cell-noise")
         sources = open_dataset(target)
         named = make_contenders(methods or default, contenders(), settings, knows_scale=knows_scale)
         return RunPlan(
@@ -98,7 +104,7 @@ def plan_run(
             seed=seed,
             about={"dataset": str(Path(target).resolve())},
         )
-    suite = load_suite(target)
+    suite = with_cell_noise(load_suite(target)) if cell_noise else load_suite(target)
     names = methods or ([] if others else [entry.label for entry in suite.methods]) or default
     named = make_contenders(names, [*contenders(), *suite.methods], settings, knows_scale=knows_scale)
     return RunPlan(
@@ -106,6 +112,10 @@ def plan_run(
         sources=suite.sources(),
         contenders=named + others,
         seed=seed,
-        about={"title": suite.title, "scenarios": [asdict(scenario) for scenario in suite.scenarios]},
+        about={
+            "title": suite.title,
+            "version": suite.version,
+            "scenarios": [asdict(scenario) for scenario in suite.scenarios],
+        },
         card={"title": suite.title, "description": suite.description},
     )

@@ -22,6 +22,9 @@ def generate(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DATASET", help="Folder for the data set.")],
     pairs: Annotated[int | None, typer.Option(min=1, help="The first so many pairs; further seeds beyond all.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Another seed makes other buildings.")] = 0,
+    cell_noise: Annotated[
+        bool, typer.Option("--cell-noise", help="Even noise of the cells, as version 1 of the suites has it.")
+    ] = False,
     form: Annotated[
         str,
         typer.Option(
@@ -45,11 +48,11 @@ def generate(
     from scenarios.dataset.generate import generate as generate_suite
     from scenarios.dataset.generate import plan, summary_text
     from scenarios.execution.executors import workplace
-    from scenarios.suites.suite import load_suite
+    from scenarios.suites.suite import load_suite, with_cell_noise
 
     if workers and cluster:
         raise InputError("--workers and --cluster exclude each other")
-    suite = load_suite(name)
+    suite = with_cell_noise(load_suite(name)) if cell_noise else load_suite(name)
     require_extras(*SIMULATOR)
     total = pairs or sum(job.count for job in plan(suite, seed=seed))
     making = functools.partial(

@@ -28,6 +28,7 @@ COMMANDS = (  # in the order of the help
     studies.headline,
     studies.results,
     studies.realism,
+    studies.fit_noise,
     studies.unbending,
     studies.live,
     mission.mission,

@@ -34,6 +34,9 @@ def run(
         bool, typer.Option("--known-scale", help="Tell the methods the ratio of the maps' cells.")
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of every answer.")] = 0,
+    cell_noise: Annotated[
+        bool, typer.Option("--cell-noise", help="Even noise of a suite's cells, as version 1 of the suites has it.")
+    ] = False,
     workers: Annotated[int | None, typer.Option(min=1, help="Worker processes; 1 unless given.")] = None,
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Work on this dask cluster, as in tcp://host:8786.")
@@ -70,7 +73,15 @@ def run(
         raise InputError("--workers and --cluster exclude each other")
     limits = Limits(timeout_s=timeout, memory_mb=memory)
     require_extras(*(() if Path(target).is_dir() else SIMULATOR), "tomli_w")
-    plan = plan_run(target, method or [], settings or [], method_command or [], knows_scale=known_scale, seed=seed)
+    plan = plan_run(
+        target,
+        method or [],
+        settings or [],
+        method_command or [],
+        knows_scale=known_scale,
+        cell_noise=cell_noise,
+        seed=seed,
+    )
     try:
         with progress(plan.row_count) as advance, workplace(workers or 1, cluster) as (executor, in_flight):
             summary = run_plan(

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from rectmerge.cli import console
 from rectmerge.extras import SIMULATOR, require_extras
 from scenarios.execution.terminal import progress, row_callback
 
@@ -75,30 +76,59 @@ def results(
 
 def realism(
     maps: Annotated[
-        Path, typer.Argument(metavar="MAPS", help="The folder that holds the data sets real_maps and real_lasers.")
+        Path,
+        typer.Argument(metavar="MAPS", help="The folder that holds the data sets real_maps, real_lasers, real_places."),
     ],
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the page and the contact sheet.")
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the pages and the contact sheets.")
     ],
-    pairs: Annotated[int, typer.Option(min=1, help="Missions to run, one pair each.")] = 200,
+    missions: Annotated[int, typer.Option(min=0, help="Missions whose maps are compared; 0 leaves their page.")] = 60,
+    pairs: Annotated[int, typer.Option(min=0, help="Missions to run, one pair each; 0 leaves their page.")] = 200,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
-    force: Annotated[bool, typer.Option("--force", help="Replace an earlier page in the folder.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace earlier pages in the folder.")] = False,
 ) -> None:
-    """Simulate pairs of every kind and compare them with real pairs: README.md and sheet.png."""
+    """Compare simulated maps with those of robots, and simulated pairs with real ones.
+
+    maps.md and maps.png: descriptors of maps at each noise level, and a classifier that must tell simulated from real
+    ones. README.md and sheet.png: pairs of every kind.
+    """
     from scenarios.execution.executors import local_workers
-    from scenarios.studies.examination import Finding
     from scenarios.studies.realism import write_realism
 
-    require_extras(*SIMULATOR)
-    with local_workers(workers) as executor, progress(pairs) as advance:
-
-        def on_done(finding: Finding) -> None:
-            advance(1, finding.origin)
-
+    require_extras(*SIMULATOR, *(["sklearn"] if missions else []))
+    with local_workers(workers) as executor, progress(missions + pairs) as advance:
         write_realism(
-            maps, output, pairs=pairs, executor=executor, force=force, on_done=on_done
-        )  # fmt: skip
+            maps,
+            output,
+            missions=missions,
+            pairs=pairs,
+            executor=executor,
+            force=force,
+            on_done=lambda origin: advance(1, origin),
+        )
     typer.echo(f"written: {output}")
+
+
+def fit_noise(
+    maps: Annotated[
+        Path, typer.Argument(metavar="MAPS", help="The folder that holds the data sets real_places and real_lasers.")
+    ],
+    missions: Annotated[int, typer.Option(min=8, help="Missions of the suite standard, split train, to map.")] = 40,
+) -> None:
+    """Fit noise levels 1 and 2 to real maps and print their strengths, for noise_levels.py in scenarios/corruption.
+
+    Of every mission map A is made anew under each trial, and its descriptors are compared with those of real maps.
+    """
+    from scenarios.corruption.noise_levels import GOOD, POOR
+    from scenarios.studies.map_population import real_population, run_missions
+    from scenarios.studies.noise_fit import fit_levels
+
+    require_extras(*SIMULATOR)
+    real = real_population(maps)
+    with progress(missions) as advance:
+        mapped = run_missions(missions, split="train", on_done=lambda source_id: advance(1, source_id))
+    for level, noise in fit_levels(real, mapped, {1: GOOD, 2: POOR}, on_step=console.note).items():
+        typer.echo(f"{level}: {noise}")
 
 
 def unbending(

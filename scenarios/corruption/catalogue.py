@@ -1,6 +1,6 @@
 """Catalogue of the corruptions that any map can be given by name and strength.
 
-To add one: write its function in `cells` or `geometry` and give it a line in `CORRUPTIONS`.
+To add one: write its function in `cells`, `clumps` or `geometry` and give it a line in `CORRUPTIONS`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from scenarios.corruption import cells, geometry
+from scenarios.corruption import cells, clumps, geometry
 from scenarios.corruption.point_motions import CorruptedMap
 
 PER_CELLS = 10_000  # rays and blobs are counted per this many known cells
@@ -46,6 +46,11 @@ CORRUPTIONS = {
     "double_walls": Corruption("share of the occupied cells", 0, 1, cells.double_walls),
     "spurious_rays": Corruption("rays per 10,000 known cells", 0, 100, _counted(cells.spurious_rays)),
     "blobs": Corruption("discs per 10,000 known cells", 0, 100, _counted(cells.blobs)),
+    "thick_walls": Corruption("share of the cells beside walls", 0, 1, clumps.thick_walls),
+    "broken_walls": Corruption("share of the occupied cells", 0, 1, clumps.broken_walls),
+    "pinholes": Corruption("share of the free cells", 0, 1, clumps.pinholes),
+    "speck_clumps": Corruption("specks per 100 free cells", 0, 10, clumps.speck_clumps),
+    "clutter": Corruption("patches per 10,000 free cells", 0, 100, clumps.clutter),
     "erosion": Corruption("cells off every side of the walls", 0, 20, lambda grid, r, _: cells.erosion(grid, r)),
     "dilation": Corruption("cells onto every side of the walls", 0, 20, lambda grid, r, _: cells.dilation(grid, r)),
     "bend": Corruption("degrees, where a wall turns most", 0, 10, geometry.bend),

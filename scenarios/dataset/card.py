@@ -84,7 +84,8 @@ checksums and truth.
 | `resolution_a`, `resolution_b` | metres per cell; hidden from methods where there is no YAML |
 | `identifiable_margin`, `identifiable` | by how much the truth beats all other placements on exact maps; >= 0.25 |
 | `world` | the building at 5 cm per cell, a ROS map |
-{bag}| `noise`, `pose_source`, `bent`, ... | how the maps were made; empty where there is nothing to tell |
+| `noise`, `suite_version` | the level of noise, and the version of the suite that says what it means |
+{bag}| `pose_source`, `bent`, ... | how the maps were made; empty where there is nothing to tell |
 """
 
 BAG = "| `bag` | the mission as a ROS bag: growing maps, scans, odometry; empty of mirrored pairs |\n"

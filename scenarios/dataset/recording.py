@@ -16,6 +16,7 @@ from sim.slam.mapping import growing_maps
 from sim.slam.poses import compose_poses, relative_poses
 
 MAP_EVERY_S = 5.0
+FIRST_SCANS = 4  # with readings, before the first map: a mapper leaves cells unknown that fewer have passed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,6 +31,8 @@ class Recording:
         Shape (S,), simulated seconds.
     ranges
         What the scanner reported, shape (S, B), metres: inf where nothing is in reach, nan where a beam was lost.
+    least_evidence
+        Log-odds up to which its mapper leaves a cell unknown.
     wheels
         Poses by its wheels, shape (S, 3), in a frame that begins at its first pose.
     poses
@@ -41,6 +44,7 @@ class Recording:
 
     lidar: Lidar
     spec: MapSpec
+    least_evidence: float
     times: NDArray[np.float64]
     ranges: NDArray[np.float64]
     wheels: NDArray[np.float64]
@@ -58,7 +62,8 @@ class Recording:
         All stand on the cells of the finished map. Corruptions come with the finished map only.
         """
         resolution, corner = self.grid.cell_size, np.array(self.grid.origin)
-        first = int(np.argmax(~np.isnan(self.ranges).all(axis=1))) + 1  # a map needs a reading
+        readings = np.cumsum(~np.isnan(self.ranges).all(axis=1))
+        first = int(np.argmax(readings >= FIRST_SCANS)) + 1
         wanted = np.arange(self.times[0] + MAP_EVERY_S, self.times[-1], MAP_EVERY_S)
         counts = [
             n for n in np.unique(np.searchsorted(self.times, wanted) + 1).tolist() if first <= n < len(self.times)
@@ -72,6 +77,7 @@ class Recording:
             max_range_m=self.lidar.max_range_m,
             hit=self.spec.hit,
             miss=self.spec.miss,
+            least_evidence=self.least_evidence,
         )
         for count, grid in zip(counts, grown, strict=True):
             x, y, yaw = compose_poses(corner, np.array(grid.origin)).tolist()
@@ -97,11 +103,12 @@ def _record(pair: MapPair, made: PairInputs, name: str, seed: np.random.SeedSequ
     log, lidar, spec = getattr(made.log, name), getattr(made.log.spec, name).lidar, getattr(made, f"spec_{name}")
     grid: OccupancyGrid = getattr(pair, name)
     assert pair.poses is not None
-    ranges, wheels = recorded_data(log, lidar, spec, noise=pair.info["noise"], seed=seed)
+    ranges, wheels, least_evidence = recorded_data(log, lidar, spec, noise=pair.info["noise"], seed=seed)
     in_world = np.array(pair.info[f"origin_{name}"])  # where the map's corner lies, and how its rows run
     return Recording(
         lidar=lidar,
         spec=spec,
+        least_evidence=least_evidence,
         times=log.times,
         ranges=ranges,
         wheels=relative_poses(wheels[0], wheels),

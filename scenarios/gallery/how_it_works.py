@@ -27,7 +27,7 @@ from rectmerge.similarity import Similarity
 from scenarios.execution.files import clear_folder
 from scenarios.gallery.page_picture import small_png
 from scenarios.pairs.pair import MapPair
-from scenarios.suites.suite import load_suite
+from scenarios.suites.suite import load_suite, with_cell_noise
 
 Picture = NDArray[np.uint8]
 Color = tuple[int, int, int]
@@ -121,7 +121,7 @@ def explain(folder: str | Path, *, force: bool = False, say: Callable[[str], Non
 
 def office_pair() -> MapPair:
     """Make the maps of the demo's office, of which half the furniture was moved between the visits."""
-    source = load_suite("demo").missions()[0]
+    source = with_cell_noise(load_suite("demo")).missions()[0]
     world = replace(source.scenario.world, changed=0.5)
     mission = replace(source.scenario.mission, rays="compiled")
     return next(replace(source, scenario=replace(source.scenario, world=world, mission=mission)).pairs())
@@ -129,8 +129,8 @@ def office_pair() -> MapPair:
 
 def ward_pair() -> MapPair:
     """Make the maps of the first ward of identical rooms of the suite `repetitive`."""
-    source = load_suite("repetitive").missions()[0]
-    return next(replace(source, scenario=replace(source.scenario, noise=(1,))).pairs())
+    source = with_cell_noise(load_suite("repetitive")).missions()[0]
+    return next(replace(source, scenario=replace(source.scenario, noise=source.scenario.noise[1:])).pairs())
 
 
 def draw_maps(shown: Explained) -> Picture:

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from scenarios.leaderboard.plans import REAL
-from scenarios.leaderboard.prediction import OVERLAPS, kendall_tau, matched_overlap, successes
+from scenarios.leaderboard.prediction import OVERLAPS, kendall_tau, matched_overlap, successes, tau_interval
 from scenarios.report.reading import TRACKS, Runs, TrackResults
 from scenarios.report.standings import as_cells, standings
+from scenarios.scoring.row import versions_line
 from scenarios.studies.headline import markdown
 
 COLUMNS = (
@@ -49,7 +50,11 @@ def prediction(tracks: Sequence[TrackResults]) -> str:
     of_simulated, of_real = successes(simulated), successes(real)
     labels = [label for label in of_simulated if label in of_real]
     scores = [[rates[label].value or 0.0 for label in labels] for rates in (of_simulated, of_real)]
-    tau = f"Kendall's tau-b of the two rankings of {len(labels)} methods: **{kendall_tau(*scores):.2f}**.\n"
+    low, high = tau_interval(simulated, real)
+    tau = (
+        f"Kendall's tau-b of the two rankings of {len(labels)} methods: **{kendall_tau(*scores):.2f}** "
+        f"(95 % interval by bootstrap over places {low:.2f} to {high:.2f}).\n"
+    )
     bins = {"simulated": matched_overlap(simulated), "real": matched_overlap(real)}
     rows = [
         (label, kind, *(f"{rate.k} of {rate.n}" if rate.n else "-" for rate in bins[kind][label]))
@@ -62,7 +67,7 @@ def prediction(tracks: Sequence[TrackResults]) -> str:
 
 def _size(track_results: TrackResults) -> str:
     pairs, places = ({row[key] for row in track_results.rows} for key in ("pair_id", "place"))
-    return f"{len(pairs)} pairs from {len(places)} places.\n"
+    return f"{len(pairs)} pairs from {len(places)} places.\n\n{versions_line(track_results.rows)}".rstrip("\n") + "\n"
 
 
 def _provenance(runs: Runs) -> str:

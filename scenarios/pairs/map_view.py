@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
-from scenarios.corruption import CorruptedMap, add_noise, check_corruptions, corrupt, noise_strength
+from scenarios.corruption import CorruptedMap, NoiseLevel, check_corruptions, corrupt, find_noise
 from scenarios.corruption.geometry import Size, turn_image
+from scenarios.corruption.noise_levels import Noise
 from scenarios.pairs.cropping import crop_to_known
 from sim.missions.mission_log import RobotLog
 from sim.sensors.lidar import Lidar
@@ -176,7 +177,7 @@ def place_map(
     lidar: Lidar,
     spec: MapSpec,
     *,
-    noise: int,
+    noise: NoiseLevel | Noise,
     seed: np.random.SeedSequence,
     scan_poses: NDArray[np.float64] | None = None,
 ) -> PlacedMap:
@@ -189,22 +190,23 @@ def place_map(
     spec
         Settings of the map.
     noise
-        Noise level 0 to 3, of the scanner and of the cells.
+        Noise level, of the scanner, the mapper and the cells.
     seed
         Seed of the turn, the grid's phase and the wheels, which do not depend on the noise level, and of the noise.
     scan_poses
         Poses (S, 3) of the scans, of a robot with real odometry; None estimates them as the spec asks.
     """
-    of_frame, of_scans, of_cells, of_poses, of_more = _streams(seed)
+    of_frame, of_scans, of_cells, of_poses, of_more, of_noise = _streams(seed)
     random_deg, phase = of_frame.uniform(-180.0, 180.0), of_frame.uniform(0.0, spec.resolution, 2)
     turn_deg = random_deg if spec.turn_deg == "random" else float(spec.turn_deg)
     yaw = -math.radians(turn_deg) if spec.turn == "frame" else 0.0
     frame = (float(log.poses[0, 0] + phase[0]), float(log.poses[0, 1] + phase[1]), yaw)  # about where the robot started
-    ranges = _read_out(log, lidar, noise, of_scans)
+    own_noise = find_noise(noise).of_one_map(of_noise)
+    ranges = own_noise.read_out(log, lidar, of_scans)
     if scan_poses is None:
         scan_poses = _estimate(log, lidar, spec, ranges, of_poses)
-    built = _build(lidar, spec, ranges, frame, scan_poses)
-    corrupted = corrupt(add_noise(built, noise, of_cells), spec.corruption, seed=int(of_more.integers(1 << 62)))
+    built = _build(lidar, spec, ranges, frame, scan_poses, own_noise.least_evidence(spec.hit, spec.miss))
+    corrupted = corrupt(own_noise.add(built, of_cells), spec.corruption, seed=int(of_more.integers(1 << 62)))
     upright = corrupted.grid
     if spec.extent_cells is not None:
         upright = crop_to_known(upright, spec.extent_cells)
@@ -227,8 +229,8 @@ def place_map(
 
 
 def recorded_data(
-    log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: int, seed: np.random.SeedSequence
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    log: RobotLog, lidar: Lidar, spec: MapSpec, *, noise: NoiseLevel, seed: np.random.SeedSequence
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
     """Return the data that a robot built its map from, for the arguments of `place_map`.
 
     Returns
@@ -237,23 +239,21 @@ def recorded_data(
         Reported ranges, shape (S, B), metres: inf where nothing is in reach, nan where a beam was lost.
     wheels
         Wheel odometry, shape (S, 3): the mapper's input, or the log's where the mapper had the truth.
+    least_evidence
+        Log-odds up to which the mapper leaves a cell unknown.
     """
-    _, of_scans, _, of_poses, _ = _streams(seed)
+    _, of_scans, _, of_poses, _, of_noise = _streams(seed)
     wheels = (
         log.odometry if spec.poses == "truth" else simulate_odometry(log.poses, of_poses, level=spec.slam.wheel_level)
     )
-    return _read_out(log, lidar, noise, of_scans), wheels
+    own_noise = find_noise(noise).of_one_map(of_noise)
+    return own_noise.read_out(log, lidar, of_scans), wheels, own_noise.least_evidence(spec.hit, spec.miss)
 
 
 def _streams(seed: np.random.SeedSequence) -> list[np.random.Generator]:
-    """Return generators for the frame, the scans, the noise, the poses and the corruptions; the same on each call."""
+    """Return generators for frame, scans, cells, poses, corruptions and strengths of noise; the same on each call."""
     own = np.random.SeedSequence(seed.entropy, spawn_key=seed.spawn_key)  # spawning from the other would change it
-    return [np.random.default_rng(child) for child in own.spawn(5)]
-
-
-def _read_out(log: RobotLog, lidar: Lidar, noise: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    strength = noise_strength(noise)
-    return lidar.observe(log.ranges, log.glass, rng, level=strength) if strength else lidar.limit(log.ranges)
+    return [np.random.default_rng(child) for child in own.spawn(6)]
 
 
 def _estimate(
@@ -278,6 +278,7 @@ def _build(
     ranges: NDArray[np.float64],
     frame: tuple[float, float, float],
     poses: NDArray[np.float64],
+    least_evidence: float,
 ) -> OccupancyGrid:
     return build_map(
         poses,
@@ -288,4 +289,5 @@ def _build(
         frame=frame,
         hit=spec.hit,
         miss=spec.miss,
+        least_evidence=least_evidence,
     )

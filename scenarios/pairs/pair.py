@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rectmerge.analysis.overlap import measure_agreement
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
+from scenarios.corruption import NoiseLevel
 from scenarios.pairs.map_view import MapSpec, PlacedMap, place_map
 from scenarios.pairs.truth import control_point_rmse, control_points, is_bent, known_extent
 from sim.missions.mission_log import MissionLog
@@ -119,7 +120,7 @@ def make_pair(
     spec_b: MapSpec,
     seed: int,
     *,
-    noise: int = 0,
+    noise: NoiseLevel = 0,
     pair_id: str = "pair",
     suite: str = "",
     place: str = "",
@@ -136,7 +137,7 @@ def make_pair(
         Seed of turns, grid phases, noise and the choice of control points. Turns and phases are the same at every noise
         level.
     noise
-        Noise level 0 to 3, as `scenarios.corruption.add_noise` defines them, for the cells and the scanner.
+        Noise level, as `scenarios.corruption.noise_levels` defines them, of the scanner, the mapper and the cells.
     pair_id, suite, place
         As in `MapPair`; an empty place is named after the building.
 
@@ -203,7 +204,7 @@ def make_unrelated_pair(
     spec_b: MapSpec,
     seed: int,
     *,
-    noise: int = 0,
+    noise: NoiseLevel = 0,
     is_mirrored: bool = False,
     pair_id: str = "pair",
     suite: str = "",
@@ -240,7 +241,7 @@ def make_unrelated_pair(
 
 
 def _info(
-    log: MissionLog, specs: Mapping[str, MapSpec], maps: Mapping[str, PlacedMap], seed: int, noise: int
+    log: MissionLog, specs: Mapping[str, MapSpec], maps: Mapping[str, PlacedMap], seed: int, noise: NoiseLevel
 ) -> dict[str, Any]:
     info: dict[str, Any] = {
         "family": log.world.family,

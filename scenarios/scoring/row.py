@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, TypedDict, get_args
 
@@ -11,6 +11,9 @@ from scenarios.scoring.bends import BendValues
 from scenarios.scoring.score import RIGHT, ErrorValues, Grade, Outcome, Stratum
 
 MOST = 1e300  # of a number in a row: more are damage
+VERSIONS_EXPLAINED = (
+    "Noise 1 to 3 is even noise of the cells in version 1 of a suite, and fitted to maps of robots from version 2 on."
+)
 
 
 class Seconds(TypedDict):
@@ -143,3 +146,16 @@ def is_best_right(row: Row) -> bool:
     """Return True if the best candidate is right, whatever the verdict; False without truth or candidate."""
     grades = row["grades"]
     return grades is not None and len(grades) > 0 and grades[0] in RIGHT
+
+
+def versions_line(rows: Iterable[Row]) -> str:
+    """Return a line of Markdown that names the version of every simulated suite among rows; empty where none is.
+
+    Pairs made before suites had versions are of version 1.
+    """
+    infos = [(row["suite"], row.get("info")) for row in rows]
+    versions = sorted({(suite, int(info.get("suite_version", 1))) for suite, info in infos if info and "noise" in info})
+    if not versions:
+        return ""
+    named = ", ".join(f"`{suite}` version {version}" for suite, version in versions)
+    return f"Suites: {named}. {VERSIONS_EXPLAINED}\n"

@@ -16,7 +16,7 @@ import numpy as np
 from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
 from scenarios.bench.run import read_rows
-from scenarios.scoring.row import Row, checked_outcome
+from scenarios.scoring.row import Row, checked_outcome, versions_line
 from scenarios.scoring.statistics import clustered_rate
 
 SUITES = ("headline", "headline-test")  # seeds 0-49, on which fields were chosen, and 50-99
@@ -118,6 +118,7 @@ def report(rows: Sequence[Row], settings: Mapping[str, Any], machine: Mapping[st
     first = min(row["pair_id"].rpartition("-n")[0] for row in rows)
     parts = [
         INTRODUCTION,
+        versions_line(rows),
         "## The five marks\n",
         _marks_table([row for row in rows if row["method"] not in variants]),
         MARKS_EXPLAINED,

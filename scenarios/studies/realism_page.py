@@ -128,7 +128,7 @@ hand-made points) and cut out of laser logs (`real_lasers`, exact truth, so with
 EXPLAINED = """
 A pair's residual is the RMSE of its best similarity on its control points; L is the extent of A's known cells. What an
 affine map removes of it is due to stretch and shear; the rest is bending. Thickness and speckle are what
-`rectmerge inspect` tells of a map.
+`rectmerge inspect` tells of a map. [Simulated maps beside those of robots](maps.md), by more descriptors.
 """
 PROVENANCE = """`rectbench realism MAPS -o results/worlds` at commit {commit}, on {cpu}; MAPS is a
 folder with the real maps, which are not part of this repository. Same command and code, same figures, memory aside.

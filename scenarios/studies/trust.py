@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
 from scenarios.bench.run import read_rows
-from scenarios.scoring.row import Row
+from scenarios.scoring.row import Row, versions_line
 from scenarios.scoring.statistics import clustered_rate
 from scenarios.studies.accuracy import is_right
 from scenarios.studies.headline import markdown
@@ -51,6 +51,7 @@ def page(rows: Sequence[Row], commits: Mapping[str, str]) -> str:
         INTRODUCTION,
         "    rectbench trust " + " ".join(commits) + " -o results/trust/README.md\n",
         "Runs: " + ", ".join(f"{run} by commit {commit}" for run, commit in commits.items()) + ".\n",
+        versions_line(rows),
         "## Pairs of one place, by overlap\n\n" + OVERLAP_EXPLAINED,
         overlap_table([row for row in rows if row["suite"] == "trust"]),
         "## Exactness of rigid pairs\n\n" + EXACT_EXPLAINED,

@@ -19,6 +19,7 @@ from scenarios.execution.executors import describe_machine
 from scenarios.pairs.pair import MapPair, PairSource
 from scenarios.pairs.truth import rms
 from scenarios.scoring.bends import CHANGE
+from scenarios.scoring.row import VERSIONS_EXPLAINED
 from scenarios.studies.headline import markdown
 from scenarios.suites.suite import load_suite
 
@@ -173,7 +174,8 @@ def write_unbending(maps: str | Path, output: Path, *, on_done: Callable[[str], 
 def page(pairs: Sequence[UnbentPair], machine: Mapping[str, Any]) -> str:
     """Return the page."""
     groups = {name: [pair for pair in pairs if pair.group == name] for name in GROUPS}
-    parts = [INTRODUCTION, summary_table(groups), PROVENANCE.format(**{"commit": "unknown", **machine})]
+    version = f"The suite `{SUITE}` is of version {load_suite(SUITE).version}. {VERSIONS_EXPLAINED}\n"
+    parts = [INTRODUCTION, version, summary_table(groups), PROVENANCE.format(**{"commit": "unknown", **machine})]
     for name, members in groups.items():
         if members and name != "negative":
             parts += [f"## {GROUPS[name].capitalize()}\n", pair_table(members)]

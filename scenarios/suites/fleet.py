@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, SimulationError
-from scenarios.corruption import NOISE_LEVELS
+from scenarios.corruption import NOISE_LEVELS, NoiseLevel
 from scenarios.pairs.map_view import MapSpec, place_map
 from scenarios.pairs.pair import MapPair, map_attributes, pair_from_maps
 from scenarios.pairs.truth import ScannedSurface, common_points, is_on_wall
@@ -64,7 +64,7 @@ class FleetScenario:
     name: str
     seeds: Seeds = field(default_factory=Seeds)
     split: Split = "test"
-    noise: int = 1
+    noise: NoiseLevel = 1
     world: WorldSpec = field(default_factory=Office)
     mission: MissionSpec = field(default_factory=MissionSpec)
     robots: int = 4
@@ -78,7 +78,7 @@ class FleetScenario:
     def __post_init__(self) -> None:
         require_name(self.name)
         if self.noise not in NOISE_LEVELS:
-            raise InputError(f"noise must be one of {list(NOISE_LEVELS)}, got {self.noise}")
+            raise InputError(f"noise must be one of {list(NOISE_LEVELS)}, got {self.noise!r}")
         if not 2 <= self.robots <= MOST_ROBOTS:
             raise InputError(f"robots must be 2 to {MOST_ROBOTS}, got {self.robots}")
         if not 3 <= self.maps <= MOST_MAPS or not 0 <= self.siblings <= MOST_MAPS:
@@ -130,11 +130,14 @@ class FleetSource:
     ----------
     suite, scenario, seed
         Suite's name, scenario and seed of the fleet.
+    version
+        The suite's: rows of another version are other rows.
     """
 
     suite: str
     scenario: FleetScenario
     seed: int
+    version: int = 1
 
     @property
     def source_id(self) -> str:
@@ -234,6 +237,7 @@ class FleetSource:
             "split": self.scenario.split,
             "family": a.world.family,
             "noise": self.scenario.noise,
+            "suite_version": self.version,
             "pose_source": self.scenario.map.poses,
             **map_attributes("a", placed[0], a.spec),
             **map_attributes("b", placed[1], b.spec),

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from rectmerge.errors import SimulationError
+from scenarios.corruption import NoiseLevel
 from scenarios.pairs.map_view import MapSpec
 from scenarios.pairs.pair import MapPair, MissionPairs, PairInputs, make_pair, make_unrelated_pair
 from scenarios.suites.identifiability import LEAST_MARGIN, identifiable_margin
@@ -35,12 +36,15 @@ class MissionSource:
         Suite's name, scenario and seed of the mission.
     building
         Number of the attempt; each has seeds of its own.
+    version
+        The suite's: rows of another version are other rows.
     """
 
     suite: str
     scenario: Scenario
     seed: int
     building: int = 0
+    version: int = 1
 
     @property
     def source_id(self) -> str:
@@ -126,15 +130,15 @@ class MissionSource:
         """Run the mission and yield its pairs, as `mission_pairs` finds them; raises as `pairs_of` does."""
         return _yield_pairs(self.mission_pairs())
 
-    def _variants(self) -> Iterator[tuple[Variant | None, int]]:
+    def _variants(self) -> Iterator[tuple[Variant | None, NoiseLevel]]:
         for variant in self.scenario.variants or (None,):
             for noise in self.scenario.noise:
                 yield variant, noise
 
-    def _pair_id(self, variant: Variant | None, noise: int) -> str:
+    def _pair_id(self, variant: Variant | None, noise: NoiseLevel) -> str:
         return "-".join((self.source_id, *([variant.name] if variant else []), f"n{noise}"))
 
-    def _pair(self, log: MissionLog, variant: Variant | None, noise: int) -> tuple[MissionLog, MapPair]:
+    def _pair(self, log: MissionLog, variant: Variant | None, noise: NoiseLevel) -> tuple[MissionLog, MapPair]:
         """Make one pair, cut to its own overlap where it wants one; the log is cut as the pair is."""
         wanted = self.scenario.mission.overlap
         if variant is not None and variant.overlap is not None:
@@ -154,7 +158,7 @@ class MissionSource:
         return pair
 
     def _recut(
-        self, log: MissionLog, wanted: float, pair: MapPair, variant: Variant | None, noise: int
+        self, log: MissionLog, wanted: float, pair: MapPair, variant: Variant | None, noise: NoiseLevel
     ) -> tuple[MissionLog, MapPair]:
         aim, whole = wanted, log.whole or log
         for _ in range(MAX_CUTS):
@@ -174,7 +178,7 @@ class MissionSource:
     def _specs(self, variant: Variant | None) -> tuple[MapSpec, MapSpec]:
         return (self.scenario.a, self.scenario.b) if variant is None else (variant.a, variant.b)
 
-    def _make(self, log: MissionLog, variant: Variant | None, noise: int) -> MapPair:
+    def _make(self, log: MissionLog, variant: Variant | None, noise: NoiseLevel) -> MapPair:
         make: Callable[..., MapPair] = make_pair
         if self.scenario.kind in UNRELATED:
             make = functools.partial(make_unrelated_pair, is_mirrored=self.scenario.kind == "mirrored")
@@ -192,7 +196,8 @@ class MissionSource:
         """Add the variant, the split and the identifiability to a pair's info."""
         names: list[str] = [self.scenario.kind] if self.scenario.kind in UNRELATED else []
         names += [variant.name] if variant else []
-        more: dict[str, Any] = {"variant": "-".join(names)} if names else {}
+        more: dict[str, Any] = {"suite_version": self.version}
+        more |= {"variant": "-".join(names)} if names else {}
         if pair.related:
             margin = identifiable_margin(log, pair)
             more |= {"identifiable_margin": margin, "identifiable": margin >= LEAST_MARGIN}

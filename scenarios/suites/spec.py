@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from rectmerge.errors import InputError
-from scenarios.corruption import NOISE_LEVELS
+from scenarios.corruption import NOISE_LEVELS, NoiseLevel
 from scenarios.pairs.map_view import MapSpec
 from sim.floorplans import Hall, Office, WorldSpec
 from sim.missions.spec import MissionSpec
@@ -75,7 +75,7 @@ class Scenario:
     kind
         "related", or how two unrelated maps come about: see `scenarios.suites.unrelated`.
     noise
-        Different noise levels, 0 to 3.
+        Different noise levels, 0 to 3 or "cells-1" to "cells-3".
     world, mission
         The building, and how the robots explore it.
     other
@@ -95,7 +95,7 @@ class Scenario:
     seeds: Seeds = field(default_factory=Seeds)
     split: Split = "test"
     kind: PairKind = "related"
-    noise: tuple[int, ...] = (0,)
+    noise: tuple[NoiseLevel, ...] = (0,)
     world: WorldSpec = field(default_factory=Office)
     mission: MissionSpec = field(default_factory=MissionSpec)
     other: WorldSpec | None = None

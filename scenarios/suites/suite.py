@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rectmerge.errors import InputError, ScenarioError
+from scenarios.corruption.noise_levels import in_cells
 from scenarios.pairs.map_view import MapSpec
 from scenarios.suites.fleet import FleetScenario, FleetSource
 from scenarios.suites.mission_source import MissionSource
@@ -16,7 +17,7 @@ from scenarios.suites.random_values import extreme_values, has_random_values, is
 from scenarios.suites.spec import Scenario, Seeds
 from scenarios.suites.toml_tables import structure
 
-__all__ = ["ContenderSpec", "ScenarioTemplate", "Suite", "load_suite", "suite_names"]
+__all__ = ["ContenderSpec", "ScenarioTemplate", "Suite", "load_suite", "suite_names", "with_cell_noise"]
 
 SUITES = Path(__file__).parent
 LEAST_RATIO = 0.1  # cells of A per cell of B
@@ -99,11 +100,25 @@ class ScenarioTemplate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Suite:
-    """Scenarios and contenders of a suite file, whose name it has."""
+    """Scenarios and contenders of a suite file, whose name it has.
+
+    Parameters
+    ----------
+    name, title, description
+        Of the suite.
+    version
+        Counts changes of what the suite's levels of noise mean; figures of two versions do not compare.
+    cell_noise
+        Whether levels 1 to 3 are "cells-1" to "cells-3", as in version 1 of all suites.
+    methods, templates
+        Contenders, and scenarios.
+    """
 
     name: str
     title: str
     description: str = ""
+    version: int = 1
+    cell_noise: bool = False
     methods: tuple[ContenderSpec, ...] = ()
     templates: tuple[ScenarioTemplate, ...] = ()
 
@@ -130,9 +145,9 @@ class Suite:
     def sources(self) -> list[MissionSource | FleetSource]:
         """Return one source of pairs per mission or fleet: each scenario's seeds in order; raises as `scenarios`."""
         return [
-            MissionSource(self.name, scenario, seed)
+            MissionSource(self.name, scenario, seed, version=self.version)
             if isinstance(scenario, Scenario)
-            else FleetSource(self.name, scenario, seed)
+            else FleetSource(self.name, scenario, seed, version=self.version)
             for template in self.templates
             for seed, scenario in self._settled(template).items()
         ]
@@ -140,9 +155,24 @@ class Suite:
     def _settled(self, template: ScenarioTemplate) -> dict[int, Scenario | FleetScenario]:
         """Return the scenario of each seed."""
         try:
-            return template.by_seed()
+            scenarios = template.by_seed()
         except ScenarioError as error:
             raise _in_file(error, f"{self.name}.toml") from error
+        if not self.cell_noise:
+            return scenarios
+        return {seed: _in_cells(scenario) for seed, scenario in scenarios.items()}
+
+
+def _in_cells(scenario: Scenario | FleetScenario) -> Scenario | FleetScenario:
+    """Return a scenario with even noise of the cells in place of levels 1 to 3."""
+    if isinstance(scenario, Scenario):
+        return replace(scenario, noise=tuple(map(in_cells, scenario.noise)))
+    return replace(scenario, noise=in_cells(scenario.noise))
+
+
+def with_cell_noise(suite: Suite) -> Suite:
+    """Return a suite whose levels of noise are even noise of the cells: its version 1."""
+    return replace(suite, version=1, cell_noise=True)
 
 
 def suite_names() -> tuple[str, ...]:

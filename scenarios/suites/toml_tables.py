@@ -11,6 +11,7 @@ import cattrs
 from cattrs.gen import make_dict_structure_fn
 
 from rectmerge.errors import InputError, ScenarioError
+from scenarios.corruption import NoiseLevel
 from sim.floorplans import FAMILIES, Office, WorldSpec
 from sim.sensors.lidar import Lidar, find_lidar
 
@@ -73,6 +74,7 @@ def _converter() -> cattrs.Converter:
     converter.register_structure_hook(float, lambda value, _: float(_exactly(value, (int, float), "a number")))
     converter.register_structure_hook(str, lambda value, _: _exactly(value, str, "text"))
     converter.register_structure_hook(bool, lambda value, _: _exactly(value, bool, "true or false"))
+    converter.register_structure_hook(NoiseLevel, lambda value, _: _exactly(value, (int, str), "a level of noise"))
     converter.register_structure_hook(float | Literal["random"], lambda value, _: value)  # MapSpec checks it
     converter.register_structure_hook_func(lambda kind: kind is WorldSpec, lambda data, _: _world(data, converter))
     converter.register_structure_hook_func(lambda kind: str(get_origin(kind)) == "typing.Literal", _one_of)

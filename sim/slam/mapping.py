@@ -53,6 +53,7 @@ def build_map(
     frame: tuple[float, float, float] = (0.0, 0.0, 0.0),
     hit: float = HIT,
     miss: float = MISS,
+    least_evidence: float = 0.0,
 ) -> OccupancyGrid:
     """Build a map from scans.
 
@@ -72,6 +73,8 @@ def build_map(
         Pose (x, y, yaw) of the map frame in the frame of `poses`.
     hit, miss
         Log-odds that a hit adds to its cell, and that a ray takes away from each cell it passes; both positive.
+    least_evidence
+        Log-odds up to which, either way, a cell stays unknown, as between the thresholds of a map server.
 
     Returns
     -------
@@ -99,6 +102,7 @@ def build_map(
         frame=frame,
         hit=hit,
         miss=miss,
+        least_evidence=least_evidence,
     )
     return next(whole)
 
@@ -114,12 +118,13 @@ def growing_maps(
     frame: tuple[float, float, float] = (0.0, 0.0, 0.0),
     hit: float = HIT,
     miss: float = MISS,
+    least_evidence: float = 0.0,
 ) -> Iterator[OccupancyGrid]:
     """Build the maps of the first scans, for several numbers of scans, each as `build_map` does.
 
     Parameters
     ----------
-    poses, angles, ranges, resolution, max_range_m, frame, hit, miss
+    poses, angles, ranges, resolution, max_range_m, frame, hit, miss, least_evidence
         As `build_map` has them.
     counts
         Numbers of scans that the maps are made from, ascending; each has a reading.
@@ -150,13 +155,15 @@ def growing_maps(
     for done, count in pairwise([0, *counts]):
         part = slice(done, count)
         trace_scans(starts[part] - low, ends[part] - low, kinds[part], log_odds, hit, -miss, LIMIT)
-        yield _crop(log_odds, low, resolution)
+        yield _crop(log_odds, low, resolution, least_evidence)
 
 
-def _crop(log_odds: NDArray[np.float32], low: NDArray[np.float64], resolution: float) -> OccupancyGrid:
+def _crop(log_odds: NDArray[np.float32], low: NDArray[np.float64], resolution: float, least: float) -> OccupancyGrid:
     """Cut the known part out of a log-odds grid (row 0 at the bottom) whose corner lies at `low`, in cells."""
-    cells = np.where(log_odds > 0, OCCUPIED, np.where(log_odds < 0, FREE, UNKNOWN)).astype(np.int8)
+    cells = np.where(log_odds > least, OCCUPIED, np.where(log_odds < -least, FREE, UNKNOWN)).astype(np.int8)
     rows, cols = np.nonzero((cells != UNKNOWN).any(axis=1))[0], np.nonzero((cells != UNKNOWN).any(axis=0))[0]
+    if not len(rows):
+        raise InputError(f"no cell has more evidence than least_evidence = {least:g}: too few scans")
     part = cells[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
     x, y = (low + np.array([cols[0], rows[0]])) * resolution
     return OccupancyGrid(part[::-1], resolution, (float(x), float(y), 0.0))

@@ -117,7 +117,9 @@ def see(
     reach = np.ones((2 * wall_cells + 1, 2 * wall_cells + 1), np.uint8)
     walls = (cv2.dilate(seen.view(np.uint8), reach) > 0) & ~free
     grid = OccupancyGrid(np.where(seen, FREE, np.where(walls, OCCUPIED, UNKNOWN)).astype(np.int8), resolution)
-    return PlanView(corruption.add_noise(grid, noise, np.random.default_rng(seed)) if noise else grid, pixels)
+    return PlanView(
+        corruption.add_noise(grid, f"cells-{noise}", np.random.default_rng(seed)) if noise else grid, pixels
+    )
 
 
 def truth(a: PlanView, b: PlanView) -> Similarity:

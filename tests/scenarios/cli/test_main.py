@@ -8,6 +8,7 @@ import pytest
 
 from rectmerge import methods
 from rectmerge.cli import console
+from rectmerge.errors import InputError
 from scenarios.bench.plan import plan_run
 from scenarios.bench.run import read_rows
 from scenarios.cli.main import app
@@ -213,6 +214,17 @@ def test_a_folder_that_is_no_data_set_does_not_hide_a_suite_of_its_name(tmp_path
 
     assert plan_run("smoke", ["fixed"]).about["title"] == "Smoke"
     assert plan_run("headline", ["fixed"]).about == {"dataset": str(tmp_path / "headline")}
+
+
+def test_cell_noise_is_asked_of_suites_not_of_data_sets(tmp_path):
+    write(tmp_path / "set", [ROW])
+
+    plan = plan_run("smoke", ["fixed"], cell_noise=True)
+    assert plan.about["version"] == 1
+    assert plan.sources[0].pair_ids == ("upright-0000-n0", "upright-0000-ncells-1")
+    assert plan_run("smoke", ["fixed"]).about["version"] == 2
+    with pytest.raises(InputError, match="generate it with --cell-noise"):
+        plan_run(str(tmp_path / "set"), ["fixed"], cell_noise=True)
 
 
 def test_a_run_of_one_split_is_named_after_its_data_set(tmp_path, dataset):

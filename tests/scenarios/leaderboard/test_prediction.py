@@ -5,7 +5,7 @@ import pytest
 from rectmerge.errors import InputError
 from scenarios.leaderboard.page import page, prediction
 from scenarios.leaderboard.plans import REAL, stages
-from scenarios.leaderboard.prediction import kendall_tau, matched_overlap
+from scenarios.leaderboard.prediction import kendall_tau, matched_overlap, tau_interval
 from scenarios.report.reading import Provenance, Runs, TrackResults
 
 
@@ -62,6 +62,21 @@ def test_equal_rankings_agree_and_opposite_ones_do_not():
     assert "**1.00**" in same
     assert "**-1.00**" in opposite
     assert "| one | real | 0 of 1 | 8 of 9 | - | - |" in same
+
+
+def test_the_interval_of_tau_holds_the_tau_and_is_the_same_again():
+    simulated = track_results("standard", {"one": 9, "two": 6, "three": 5, "four": 1})
+    real = track_results("real_maps", {"one": 8, "two": 4, "three": 6, "four": 2})
+    low, high = tau_interval([simulated], [real])
+
+    assert -1 <= low < kendall_tau([9, 6, 5, 1], [8, 4, 6, 2]) <= high <= 1
+    assert tau_interval([simulated], [real]) == (low, high)
+
+
+def test_the_interval_of_methods_that_are_equal_is_unknown():
+    equal = track_results("standard", {"one": 10, "two": 10})
+
+    assert all(map(math.isnan, tau_interval([equal], [equal])))
 
 
 def test_overlaps_are_matched_in_bins():

@@ -8,7 +8,7 @@ import pytest
 
 from rectmerge.errors import ScenarioError
 from scenarios.suites.spec import Seeds
-from scenarios.suites.suite import load_suite, suite_names
+from scenarios.suites.suite import load_suite, suite_names, with_cell_noise
 from sim.floorplans import Hospital, Office
 from sim.sensors.lidar import LIDARS, Lidar
 
@@ -95,6 +95,17 @@ def test_scenarios_seeds_and_purposes_draw_from_seeds_of_their_own(tmp_path):
     assert len(set(seeds)) == len(seeds)
 
 
+def test_a_suite_has_a_version_and_its_first_one_has_even_noise_of_the_cells(tmp_path):
+    suite = load_suite(written(tmp_path, f"version = 2\n{GOOD}"))
+    old = with_cell_noise(suite)
+
+    assert {source.version for source in suite.sources()} == {2}
+    assert {source.version for source in old.sources()} == {1}
+    assert [scenario.noise for scenario in old.scenarios] == [(0, "cells-1"), (0,)]
+    assert old.sources()[0].pair_ids == ("one-0003-n0", "one-0003-ncells-1")
+    assert load_suite(written(tmp_path, GOOD.replace("[0, 1]", '["cells-3"]'))).scenarios[0].noise == ("cells-3",)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
@@ -128,6 +139,8 @@ def test_scenarios_seeds_and_purposes_draw_from_seeds_of_their_own(tmp_path):
         ('turn = "image"', 'turn = "both"', "scenarios[0].b.turn: must be one of 'frame', 'image', got 'both'"),
         ('name = "two"', 'name = "one"', "scenarios: two have the same name"),
         ("[14, 10.0]", "[14]", "scenarios[0].world.size_m: "),
+        ("noise = [0, 1]", 'noise = [0, "salt"]', "scenarios[0]: noise must list different levels"),
+        ("noise = [0, 1]", "noise = [0, 1.5]", "scenarios[0].noise[1]: must be a level of noise, got 1.5"),
         ("noise = [0, 1]", "noise = 0", "scenarios[0].noise: must be a table or a list"),
         ("set = { delta_cells = 2 }", "set = 2", "methods[0].set: must be a table or a list"),
         ('title = "Two"', "title = Two", "not TOML: "),
@@ -166,7 +179,7 @@ def test_the_headline_suite_keeps_the_papers_arithmetic():
     (headline,) = load_suite("headline").scenarios
     a, b = headline.a, headline.b
 
-    assert (headline.seeds, headline.noise) == (Seeds(first=0, count=50), (0, 1))
+    assert (headline.seeds, headline.noise) == (Seeds(first=0, count=50), (0, "cells-1"))
     assert b.resolution / a.resolution == pytest.approx(38 / 32)
     for spec, canvas, turn in ((a, (361, 317), 27.0), (b, (393, 393), 225.0)):
         (w, h), angle = spec.extent_cells, math.radians(turn)

@@ -68,6 +68,19 @@ def test_lost_beams_say_nothing_and_beams_that_met_nothing_see_as_far_as_the_sca
     assert grid.free.all()
 
 
+def test_cells_of_little_evidence_stay_unknown():
+    given = {"resolution": 0.1, "max_range_m": 2.0, "miss": 0.4}
+    once, twice = (np.zeros((scans, 3)) for scans in (1, 2))
+    grids = [
+        build_map(poses, np.array([0.0]), np.full((len(poses), 1), np.inf), **given, least_evidence=least)
+        for poses, least in ((once, 0.3), (twice, 0.6))
+    ]
+
+    assert [int(grid.free.sum()) for grid in grids] == [20, 20]
+    with pytest.raises(InputError, match="least_evidence"):
+        build_map(once, np.array([0.0]), np.full((1, 1), np.inf), **given, least_evidence=0.6)
+
+
 @pytest.mark.parametrize(
     ("changes", "complaint"),
     [
@@ -78,6 +91,7 @@ def test_lost_beams_say_nothing_and_beams_that_met_nothing_see_as_far_as_the_sca
         ({"hit": 8.5}, "hit and miss"),
         ({"ranges": RANGES[:, :5]}, "disagree"),
         ({"ranges": np.full_like(RANGES, np.nan)}, "no reading"),
+        ({"least_evidence": 9.0}, "no cell has more evidence than least_evidence = 9"),
     ],
 )
 def test_build_map_says_what_is_wrong(changes, complaint):
