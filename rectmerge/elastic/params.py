@@ -70,8 +70,8 @@ class AcceptanceParams(Group):
         0.96, "held-back cost after over before", CHOSEN + "; 0.93 refuses maps that bend by few cells"
     )
     min_gain_t: float = param(1.0, "mean over standard error of the squares' gains", CHOSEN)
-    min_met: float = param(0.4, "share of the walls that meet, held back", CHOSEN)
-    min_squares: int = param(9, "squares that show walls of both maps", CHOSEN)
+    min_met: float = param(0.415, "share of the walls that meet, held back", CHOSEN)
+    min_squares: int = param(11, "squares that show walls of both maps", CHOSEN)
     min_determinant: float = param(0.5, "determinant of the Jacobian", HAND)
     min_stretch: float = param(0.65, "singular value of the Jacobian", HAND)
     max_stretch: float = param(1.4, "singular value of the Jacobian", HAND)
