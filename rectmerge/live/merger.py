@@ -153,7 +153,8 @@ class LiveMerger:
         versions = {name: self._maps[name].version for name in sorted(rests_on)}
         maps = self._maps[self.reference].newest, self._maps[robot].newest
         known = self._earlier.placements.get(robot) if self._earlier.reference == self.reference else None
-        result = track.accept(placement.to_reference, versions, maps, self._params, known)
+        is_sure = placement.confidence >= self._params.least_confidence
+        result = track.accept(placement.to_reference, versions, maps, self._params, known, is_sure)
         if result is None:
             return []
         change, moved = result
@@ -190,10 +191,13 @@ class LiveMerger:
                 "warn", "the newest maps contradict its place: they are asked again", "pending", confidence
             )
         if placement is not None:
-            return RobotStatus("warn", self._waiting(track), "pending", confidence)
+            return RobotStatus("warn", self._waiting(track, placement.confidence), "pending", confidence)
         return RobotStatus("warn", self._why_not(robot, self._graph), "left out")
 
-    def _waiting(self, track: Track) -> str:
+    def _waiting(self, track: Track, confidence: float) -> str:
+        if confidence < self._params.least_confidence:
+            asked = self._params.least_confidence
+            return f"fits with a confidence of {confidence:.2f}; {asked:g} is asked of growing maps"
         count = f"{track.accepts} of {self._params.accepts} answers agree"
         return f"{count}; the next one is asked when a map has changed by {100 * self._params.growth:.0f} %"
 

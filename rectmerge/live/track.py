@@ -45,6 +45,7 @@ class Track:
         maps: tuple[OccupancyGrid, OccupancyGrid],
         params: LiveParams,
         remembered: Similarity | None = None,
+        is_sure: bool = True,
     ) -> tuple[Change, float] | None:
         """Take an answer that places the robot; return what changes, and by how many cells of the reference.
 
@@ -60,10 +61,15 @@ class Track:
             Rules.
         remembered
             Placement of an earlier run, which counts as one answer.
+        is_sure
+            Whether the answer counts; another one can only confirm what is published.
         """
         self.refusals = 0
         if self.published is not None and _moved(self.published, placement, maps) <= params.max_move_cells:
             self.published, self.pending, self.accepts = placement, None, 0
+            return None
+        if not is_sure:
+            self.pending, self.accepts = None, 0
             return None
         if self.pending is None or _moved(self.pending, placement, maps) > params.max_move_cells:
             is_known = remembered is not None and _moved(remembered, placement, maps) <= params.max_move_cells

@@ -61,6 +61,19 @@ def test_a_published_placement_is_taken_out_after_refusals_of_different_maps():
     assert track.published is None
 
 
+def test_an_answer_that_is_not_sure_confirms_and_does_nothing_else():
+    track = Track()
+    unsure = {"params": PARAMS, "is_sure": False}
+    for version in (1, 2, 3):
+        assert track.accept(HERE, {"b": version}, (A, B), **unsure) is None
+    assert track.published is None
+    take(track, (HERE, 4), (HERE, 5))
+    assert track.accept(NEAR, {"b": 6}, (A, B), **unsure) is None
+    assert track.published == NEAR
+    assert track.accept(FAR, {"b": 7}, (A, B), **unsure) is None
+    assert track.published == NEAR
+
+
 def test_a_remembered_placement_counts_as_one_answer_where_it_agrees():
     assert take(Track(), (NEAR, 1), remembered=HERE) == ["joined"]
     assert take(Track(), (FAR, 1), remembered=HERE) == [None]
