@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 from rectmerge.declaration import CALIBRATED, HAND, LAYOUT, Group, ablation, param
 from rectmerge.errors import InputError
+from rectmerge.robust.correlation_params import AllRoundParams, CorrelateParams
 from rectmerge.robust.detail_params import ContradictParams, DetailParams
 
 HELD_BACK_GAIN = (
@@ -102,22 +103,6 @@ class ProposeParams(Group):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CorrelateParams(Group):
-    """Correlation of the faces of both maps over every shift."""
-
-    cell_cells: float = param(3.0, "cells", LAYOUT)  # working cells per correlated cell
-    max_diagonal_cells: float = param(180.0, "correlated cells", LAYOUT, most=1000)  # larger maps take larger cells
-    spread_cells: float = param(1.0, "correlated cells", HAND)
-    outliers: float = param(0.03, "share", HAND)
-    scale_step: float = param(0.04, "log scale", HAND, least=0.001)
-    shifts_per_scale: int = param(8, "placements", LAYOUT)  # kept of each scale and quarter turn
-    max_correlation_fits: int = param(48, "placements", LAYOUT, most=100_000)  # refined
-    rival_shifts: int = param(5, "placements", ablation("rivals at the same scale"))  # kept of each quarter turn
-    max_rival_fits: int = param(20, "placements", LAYOUT, most=100_000)  # refined
-    reaches_cells: tuple[float, ...] = param((8.0, 6.0, 6.0, 4.0, 4.0, 3.0, 3.0, 2.0, 2.0), "cells", HAND)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RankParams(Group):
     """Likelihood and agreement of placements, and which of them are the same."""
 
@@ -177,6 +162,20 @@ class ConfidenceParams(Group):
     fat_wall_cells: float = param(2.8, "map cells", HAND)  # maps with thinner walls are less likely bent
     thin_wall_cost: float = param(5.0, "log-odds per log thickness", HAND, least=0)
     absent_log_odds: float = param(-30.0, "log-odds", "stands for none", least=-math.inf)  # of a model that is off
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScaleParams(Group):
+    """Scale of a placement where the resolutions say it."""
+
+    known_range: float = param(0.05, "log scale", HAND)  # bounds that are no wider mean a known scale, in their middle
+    spread: float = param(
+        0.0015, "log scale", "half of 35 pairs of real robots (real_places, same place) are within 0.0013"
+    )
+    weights: tuple[float, ...] = param(
+        (1.58, -0.09), "log-odds: constant, per log of the squared difference", CALIBRATED, least=-math.inf, length=2
+    )
+    step: float = param(0.02, "log scale", HAND, least=0.001)  # of the scales at which every shift is tried
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -280,10 +279,12 @@ class Params(Group):
     gain: GainParams = dataclasses.field(default_factory=GainParams)
     propose: ProposeParams = dataclasses.field(default_factory=ProposeParams)
     correlate: CorrelateParams = dataclasses.field(default_factory=CorrelateParams)
+    all_round: AllRoundParams = dataclasses.field(default_factory=AllRoundParams)
     rank: RankParams = dataclasses.field(default_factory=RankParams)
     detail: DetailParams = dataclasses.field(default_factory=DetailParams)
     contradict: ContradictParams = dataclasses.field(default_factory=ContradictParams)
     confidence: ConfidenceParams = dataclasses.field(default_factory=ConfidenceParams)
+    scale: ScaleParams = dataclasses.field(default_factory=ScaleParams)
     exact: ExactParams = dataclasses.field(default_factory=ExactParams)
     verdict: VerdictParams = dataclasses.field(default_factory=VerdictParams)
     reason: ReasonParams = dataclasses.field(default_factory=ReasonParams)
