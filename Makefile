@@ -5,7 +5,7 @@ MARK := $(VENV)/.installed
 # PyBullet has wheels for Python 3.11 and earlier only, so 3.11 is looked for first.
 PYTHON ?= $(shell command -v python3.11 || command -v python3 || command -v python)
 
-PARALLEL := --numprocesses auto --dist loadfile
+PARALLEL := --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 .PHONY: demo test test-fast check coverage bench bench-release fuzz results picture docs clean
 
@@ -13,6 +13,7 @@ demo: $(MARK)-sim
 	$(BIN)/rectbench demo -o demo --force
 
 # The kernels are compiled once for all processes of the tests, which take a file of tests each.
+# In their own order: else the files with the fewest tests, which take longest, come last and one process waits.
 test: $(MARK)-all
 	$(BIN)/rectmerge warm-up --quiet
 	$(BIN)/python -m pytest $(PARALLEL) --durations=25

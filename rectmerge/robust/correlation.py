@@ -8,19 +8,17 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.correlating import highest_peaks, sum_products
 from rectmerge.analysis.distance_codes import ON_BORDER
 from rectmerge.analysis.wall_faces import WallFaces
-from rectmerge.robust.correlation_params import CorrelateParams
 from rectmerge.robust.likelihood import WallNoise, face_gains
-from rectmerge.robust.params import GainParams
+from rectmerge.robust.params import CorrelateParams, GainParams
 
 QUARTER_TURNS = (np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]]), -np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]]))
 Image = NDArray[np.float32]
@@ -72,29 +70,27 @@ class _Raster:
         return self.walls.shape[2], self.walls.shape[1]
 
 
+def scales_within(bounds: tuple[float, float], step: float) -> NDArray[np.float64]:
+    """Return scales between bounds, evenly spaced in the logarithm by at most a step."""
+    low, high = math.log(bounds[0]), math.log(bounds[1])
+    return np.exp(np.linspace(low, high, math.ceil((high - low) / step) + 1))
+
+
 def correlate(
-    a: WallFaces,
-    frames_b: Sequence[WallFaces],
-    scales: Iterable[float],
-    params: CorrelateParams,
-    gain: GainParams,
-    *,
-    max_shifts: int,
+    a: WallFaces, b: WallFaces, scales: Iterable[float], params: CorrelateParams, gain: GainParams, *, max_shifts: int
 ) -> tuple[NDArray[np.float64], Image]:
-    """Find the best shifts of B on A for each scale, frame of B and quarter turn.
+    """Find the best shifts of B on A for each scale and quarter turn.
 
     Parameters
     ----------
-    a
-        The map that stays, in the frame that others are laid on.
-    frames_b
-        The other map, in each of its frames that is laid on A's.
+    a, b
+        Both maps, in the frames that are laid on each other.
     scales
         Of the working grids, cells of A per cell of B.
     params, gain
         Parameters of the correlation, and of the gain of a wall point.
     max_shifts
-        Shifts kept of each scale, frame and quarter turn.
+        Shifts kept of each scale and quarter turn.
 
     Returns
     -------
@@ -104,48 +100,53 @@ def correlate(
     """
     base = max(params.cell_cells, math.hypot(*a.free.shape) / params.max_diagonal_cells)
     raster_of_a = functools.lru_cache(maxsize=1)(lambda cell: _Raster.from_faces(a, 1 / cell, params, gain))
-    spectra_of_a = functools.lru_cache(maxsize=1)(
-        lambda cell, side: _spectra(raster_of_a(cell).gains, raster_of_a(cell).walls, side)
-    )
     placements, gains = [], []
     for scale in scales:
         cell = base * max(1.0, scale)  # what the coarser map shows is enough
-        on_a = raster_of_a(cell)
-        frames = [_Raster.from_faces(b, scale / cell, params, gain) for b in frames_b]
-        side = cv2.getOptimalDFTSize(max(on_a.size) + max(max(on_b.size) for on_b in frames))
-        spectra_a = spectra_of_a(cell, side)
-        for on_b in frames:
-            spectra_b = _spectra(on_b.walls * min(1.0, scale), on_b.gains * min(1.0, 1 / scale), side)
-            for quarter, turn in enumerate(QUARTER_TURNS):
-                at, peak = _peaks(_correlated(spectra_a, spectra_b, quarter), max_shifts)
-                placements.append(_placements(at, on_a, on_b, turn, side))
-                gains.append(peak)
+        on_a, on_b = raster_of_a(cell), _Raster.from_faces(b, scale / cell, params, gain)
+        side = cv2.getOptimalDFTSize(max(on_a.size) + max(on_b.size))
+        spectra_a = _spectra(on_a.gains, on_a.walls, side)
+        spectra_b = _spectra(on_b.walls * min(1.0, scale), on_b.gains * min(1.0, 1 / scale), side)
+        for quarter, turn in enumerate(QUARTER_TURNS):
+            at, peak = _peaks(_correlated(spectra_a, spectra_b, quarter), max_shifts)
+            placements.append(_placements(at, on_a, on_b, turn, side))
+            gains.append(peak)
+            spectra_b = [_turned(spectrum) for spectrum in spectra_b]
     return np.concatenate(placements), np.concatenate(gains)
 
 
-def _spectra(real: Image, imaginary: Image, side: int) -> Image:
-    """Transform four pairs of images, each pair packed as one complex image of a square, shape (4, side, side, 2)."""
-    spectra = np.zeros((len(real), side, side, 2), np.float32)
-    for k, (one, two) in enumerate(zip(real, imaginary, strict=True)):
-        spectra[k, : one.shape[0], : one.shape[1], 0] = one
-        spectra[k, : two.shape[0], : two.shape[1], 1] = two
-        spectra[k] = cv2.dft(spectra[k])
+def _spectra(real: Image, imaginary: Image, side: int) -> list[Image]:
+    """Transform four pairs of images, each pair packed as one complex image of a square."""
+    spectra = []
+    for one, two in zip(real, imaginary, strict=True):
+        packed = np.zeros((side, side, 2), np.float32)
+        packed[: one.shape[0], : one.shape[1], 0] = one
+        packed[: two.shape[0], : two.shape[1], 1] = two
+        spectra.append(np.asarray(cv2.dft(packed), np.float32))
     return spectra
 
 
-def _correlated(spectra_a: Image, spectra_b: Image, quarter: int) -> Image:
-    """Correlate all four normals at once, B turned by some quarters: A's gains at B's walls and B's at A's."""
-    total = np.empty(spectra_a.shape[1:], np.float32)
-    sum_products(spectra_a, spectra_b, quarter, total)
+def _turned(spectrum: Image) -> Image:
+    """Turn a square's spectrum as if its image had been turned by a quarter, from u towards v, about its first cell."""
+    return np.asarray(cv2.transpose(np.concatenate([spectrum[:1], spectrum[:0:-1]])), np.float32)
+
+
+def _correlated(spectra_a: list[Image], spectra_b: list[Image], quarter: int) -> Image:
+    """Correlate all four ways at once: the real part sums A's gains at B's walls and B's gains at A's walls."""
+    products = [
+        cv2.mulSpectrums(spectra_a[(k + quarter) % 4], spectrum, 0, conjB=True) for k, spectrum in enumerate(spectra_b)
+    ]
+    total = products[0] + products[1] + products[2] + products[3]
     return np.ascontiguousarray(cv2.dft(total, flags=cv2.DFT_INVERSE | cv2.DFT_SCALE)[..., 0])
 
 
 def _peaks(scores: Image, most: int) -> tuple[NDArray[np.float64], Image]:
     """Find the highest local maxima, (N, 2) as (u, v), and their values."""
-    cells, values = np.empty(most, np.int64), np.empty(most, np.float32)
-    count = highest_peaks(scores, cells, values)
-    v, u = np.divmod(cells[:count], scores.shape[1])
-    return np.stack([u, v], axis=1).astype(np.float64), values[:count]
+    cells = np.flatnonzero(scores >= cv2.dilate(scores, np.ones((3, 3), np.uint8)))
+    values = scores.ravel()[cells]
+    best = np.argsort(-values, kind="stable")[:most]
+    v, u = np.divmod(cells[best], scores.shape[1])
+    return np.stack([u, v], axis=1).astype(np.float64), values[best]
 
 
 def _placements(

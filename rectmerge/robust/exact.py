@@ -79,7 +79,6 @@ def make_exact(
             rigid=float(ranking.rigid[i]),
             bent=float(ranking.bent[i]),
             handicap=pair.handicap,
-            scale_off=float(ranking.scale_off[i]),
             likelihood=float(ranking.likelihood[i]),
             support=float(ranking.support[i]),
             agreement=wall_agreement.at(ranking.agreement, i),

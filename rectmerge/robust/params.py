@@ -17,7 +17,6 @@ from dataclasses import dataclass
 
 from rectmerge.declaration import CALIBRATED, HAND, LAYOUT, Group, ablation, param
 from rectmerge.errors import InputError
-from rectmerge.robust.correlation_params import AllRoundParams, CorrelateParams
 from rectmerge.robust.detail_params import ContradictParams, DetailParams
 
 HELD_BACK_GAIN = (
@@ -103,14 +102,28 @@ class ProposeParams(Group):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class CorrelateParams(Group):
+    """Correlation of the faces of both maps over every shift."""
+
+    cell_cells: float = param(3.0, "cells", LAYOUT)  # working cells per correlated cell
+    max_diagonal_cells: float = param(180.0, "correlated cells", LAYOUT, most=1000)  # larger maps take larger cells
+    spread_cells: float = param(1.0, "correlated cells", HAND)
+    outliers: float = param(0.03, "share", HAND)
+    scale_step: float = param(0.04, "log scale", HAND, least=0.001)
+    shifts_per_scale: int = param(8, "placements", LAYOUT)  # kept of each scale and quarter turn
+    max_correlation_fits: int = param(48, "placements", LAYOUT, most=100_000)  # refined
+    rival_shifts: int = param(5, "placements", ablation("rivals at the same scale"))  # kept of each quarter turn
+    max_rival_fits: int = param(20, "placements", LAYOUT, most=100_000)  # refined
+    reaches_cells: tuple[float, ...] = param((8.0, 6.0, 6.0, 4.0, 4.0, 3.0, 3.0, 2.0, 2.0), "cells", HAND)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RankParams(Group):
     """Likelihood and agreement of placements, and which of them are the same."""
 
     rigid_reaches_cells: tuple[float, ...] = param((2.0, 2.0, 2.0), "cells", HAND)
-    bent_reaches_cells: tuple[float, ...] = param(
-        (10.0,) * 8, "cells", "hand: with three steps and 800 points, 4 of 96 pairs of real_maps hung on the seed"
-    )
-    refine_points: int = param(3000, "wall points", LAYOUT)  # of each map
+    bent_reaches_cells: tuple[float, ...] = param((10.0, 10.0, 10.0), "cells", HAND)
+    refine_points: int = param(800, "wall points", LAYOUT)  # of each map
     spreads_cells: tuple[float, ...] = param((1.0, 2.0, 4.0), "cells", HAND, length=3)  # rigid, drifting, bent
     outliers: tuple[float, ...] = param((0.05, 0.15, 0.25), "share", HAND, length=3)  # of the same
     rigid_damping: float = param(0.25, "power of the overlap", HAND)  # of the first likelihood
@@ -167,43 +180,19 @@ class ConfidenceParams(Group):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ScaleParams(Group):
-    """Scale of a placement where the resolutions say it."""
-
-    known_range: float = param(0.05, "log scale", HAND)  # bounds that are no wider mean a known scale, in their middle
-    spread: float = param(
-        0.0015, "log scale", "half of 35 pairs of real robots (real_places, same place) are within 0.0013"
-    )
-    weights: tuple[float, ...] = param(
-        (1.58, -0.09), "log-odds: constant, per log of the squared difference", CALIBRATED, least=-math.inf, length=2
-    )
-    step: float = param(0.02, "log scale", HAND, least=0.001)  # of the scales at which every shift is tried
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ExactParams(Group):
     """Refinement on the cells of the given maps."""
 
     use_fit: bool = param(True, "switch", ablation("fit of the surfaces"))
     scale_slack: float = param(0.05, "share", HAND)  # by which refinement may leave the bounds of the scale
     at_limit: float = param(1e-4, "share", HAND)  # a scale this close to a widened bound was stopped there
-    reaches_cells: tuple[float, ...] = param(
-        (6.0, 4.0, 3.0, 2.5, 2.5, 2.0, 2.0, 2.0, 2.0), "map cells", "hand: converges on 35 rigid pairs of standard"
-    )
-    strides: tuple[int, ...] = param(
-        (4, 4, 2, 1, 1, 1, 1, 1, 1), "surface points", LAYOUT
-    )  # of those used at each reach
-    surface_points: int = param(6000, "surface points", LAYOUT)  # of each map, for the best placement
+    reaches_cells: tuple[float, ...] = param((6.0, 4.0, 3.0, 2.5, 2.5), "map cells", HAND)
+    strides: tuple[int, ...] = param((4, 4, 2, 1, 1), "surface points", LAYOUT)  # of those used at each reach
+    surface_points: int = param(2000, "surface points", LAYOUT)  # of each map, for the best placement
     rival_points: int = param(300, "surface points", LAYOUT)  # for the others
     looked_at: int = param(8, "times the surface points", LAYOUT)  # asked whether they lie inside the other map
-    min_matched_share: float = param(
-        0.5, "share of the surface on known cells", HAND
-    )  # with a partner, or the placement stays
-    correlated_cells: float = param(
-        32.0,
-        "surface cells",
-        "93 % of 82 rigid training pairs of noise 1 (trust, standard) lie in the 90 % ellipse; 84 % with 17 of noise 2",
-    )  # that err together and count as one
+    min_matched_share: float = param(0.5, "share of the surface", HAND)  # with a partner, or the placement stays
+    correlated_cells: float = param(20.0, "surface cells", HAND)  # that err together and count as one
     unsure: tuple[float, ...] = param((1.0, 1.0, 1e4, 1e4), "radians, log scale, cells", "no knowledge", length=4)
 
     def __post_init__(self) -> None:
@@ -281,12 +270,10 @@ class Params(Group):
     gain: GainParams = dataclasses.field(default_factory=GainParams)
     propose: ProposeParams = dataclasses.field(default_factory=ProposeParams)
     correlate: CorrelateParams = dataclasses.field(default_factory=CorrelateParams)
-    all_round: AllRoundParams = dataclasses.field(default_factory=AllRoundParams)
     rank: RankParams = dataclasses.field(default_factory=RankParams)
     detail: DetailParams = dataclasses.field(default_factory=DetailParams)
     contradict: ContradictParams = dataclasses.field(default_factory=ContradictParams)
     confidence: ConfidenceParams = dataclasses.field(default_factory=ConfidenceParams)
-    scale: ScaleParams = dataclasses.field(default_factory=ScaleParams)
     exact: ExactParams = dataclasses.field(default_factory=ExactParams)
     verdict: VerdictParams = dataclasses.field(default_factory=VerdictParams)
     reason: ReasonParams = dataclasses.field(default_factory=ReasonParams)

@@ -25,8 +25,6 @@ class Ranking:
         Shape (N, 4), rows (a, b, tx, ty).
     agreement
         Agreement of the walls, N each.
-    scale_off
-        Shape (N,): logarithm of the scale over the known one, 0 where it is not known.
     likelihood, support
         Shape (N,): log-likelihood ratio of the walls, damped by a power of the overlap, and per wall point of the map
         that has fewer.
@@ -38,7 +36,6 @@ class Ranking:
 
     placements: NDArray[np.float64]
     agreement: Agreements
-    scale_off: NDArray[np.float64]
     likelihood: NDArray[np.float64]
     support: NDArray[np.float64]
     rigid: NDArray[np.float64]
@@ -58,7 +55,6 @@ class Ranking:
         return Ranking(
             placements=self.placements[indices],
             agreement=wall_agreement.take(self.agreement, indices),
-            scale_off=self.scale_off[indices],
             likelihood=self.likelihood[indices],
             support=self.support[indices],
             rigid=self.rigid[indices],
@@ -66,21 +62,11 @@ class Ranking:
             plausibility=self.plausibility[indices],
         )
 
-    def less(self, log_odds: float) -> Ranking:
-        """Return the placements with their log-odds lowered."""
-        return replace(
-            self,
-            rigid=self.rigid - log_odds,
-            bent=self.bent - log_odds,
-            plausibility=self.plausibility - log_odds,
-        )
-
     def concat(self, other: Ranking) -> Ranking:
         """Return the placements of both, those of this one first."""
         return Ranking(
             placements=np.concatenate([self.placements, other.placements]),
             agreement=wall_agreement.concat(self.agreement, other.agreement),
-            scale_off=np.concatenate([self.scale_off, other.scale_off]),
             likelihood=np.concatenate([self.likelihood, other.likelihood]),
             support=np.concatenate([self.support, other.support]),
             rigid=np.concatenate([self.rigid, other.rigid]),
@@ -99,15 +85,9 @@ def rank(pair: WorkingPair, fits: NDArray[np.float64]) -> Ranking:
     support = likelihood / min(len(pair.walls_a), len(pair.walls_b))
     rigid = rigid_odds(agreement, confidence)
     bent = bent_odds(agreement, support, confidence) + pair.handicap
-    scale_off = np.zeros(len(forms))
-    if pair.known_scale is not None:
-        scale_off = pair.known_scale.off(forms)
-        by_scale = pair.known_scale.log_odds(scale_off)
-        rigid, bent = rigid + by_scale, bent + by_scale
     ranking = Ranking(
         placements=forms,
         agreement=agreement,
-        scale_off=scale_off,
         likelihood=likelihood,
         support=support,
         rigid=rigid,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from rectmerge.grid import OccupancyGrid
 from rectmerge.hints import ByHand, Guess, Hint
+from rectmerge.robust.correlation import scales_within
 from rectmerge.robust.proposal import propose_near
 from rectmerge.robust.ranking import Ranking, best_distinct, rank, rerank
 from rectmerge.robust.refinement import to_working
@@ -52,7 +53,9 @@ def _steer_by_guess(
             return to_working(guess.pixels(*grids, 1 / between_pixels).inverse(), pair.a, pair.b)
         return to_working(guess.pixels(*grids, between_pixels), pair.a, pair.b)
 
-    starts = np.concatenate([_around(at_scale(scale), pair) for scale in pair.scales])
+    starts = np.concatenate(
+        [_around(at_scale(scale), pair) for scale in scales_within(pair.scale_bounds, pair.params.correlate.scale_step)]
+    )
     nearby = rank(pair, propose_near(pair, starts))
     ranking = rerank(pair, ranking.concat(nearby) if len(ranking) else nearby)
     away = np.array([_distance(pair, at, at_scale(math.hypot(at[0], at[1]))) for at in ranking.placements])

@@ -32,8 +32,6 @@ class Evidence:
         The same if the maps are rigid, and if they are bent.
     handicap
         Log-odds by which the maps are less likely bent, in `bent`.
-    scale_off
-        Logarithm of the scale over the known one; 0 where it is not known.
     likelihood, support
         Log-likelihood ratio of all walls against chance, and per wall point of the map that has fewer.
     agreement
@@ -60,7 +58,6 @@ class Evidence:
     rigid: float = -math.inf
     bent: float = -math.inf
     handicap: float = 0.0
-    scale_off: float = 0.0
     likelihood: float = 0.0
     support: float = 0.0
     agreement: WallAgreement[float] = NO_AGREEMENT

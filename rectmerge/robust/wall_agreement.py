@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from rectmerge._kernels.code_counts import count_codes
 from rectmerge._kernels.placements import add_scores, invert
 from rectmerge.analysis.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
+from rectmerge.analysis.overlap import cells_of
 from rectmerge.analysis.wall_faces import QUARTER, WallFaces
 from rectmerge.robust.contradictions import measure
 from rectmerge.robust.detailed_map import DetailedMap
-from rectmerge.robust.features import Features, by_radius
+from rectmerge.robust.features import Features
 from rectmerge.robust.params import Params, RankParams
 
 CODES = 128
@@ -105,9 +106,7 @@ class AgreementScorer:
         self._turn_step = math.radians(params.rank.turn_step_deg)
         self._on_a = a.faces(angle, params.faces)
         self._on_b: dict[int, WallFaces] = {}
-        floor = np.argwhere(b.free)[:, ::-1].astype(np.float64)
-        spaced = floor[by_radius(floor)][:: -(-len(floor) // params.rank.max_free_samples) or 1]
-        self._floor = np.ascontiguousarray(spaced.T, np.float32)
+        self._floor = np.ascontiguousarray(cells_of(b.free, params.rank.max_free_samples)[:, ::-1].T, np.float32)
 
     def score(self, placements: NDArray[np.float64]) -> Agreements:
         """Score placements, rows (a, b, tx, ty) between the working grids."""

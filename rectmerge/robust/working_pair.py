@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from rectmerge._kernels.placements import distinct
 from rectmerge.robust.confidence_model import bent_handicap
 from rectmerge.robust.features import Features
-from rectmerge.robust.known_scale import KnownScale, scales_within
 from rectmerge.robust.likelihood import WallLikelihood, WallNoise
 from rectmerge.robust.params import Params
 from rectmerge.robust.prepared_map import PreparedMap
@@ -30,11 +29,7 @@ class WorkingPair:
     walls_a, walls_b
         Their wall points in random order: the first ones stand for all where not all are used.
     scale_bounds
-        Bounds of the scale between the working grids, widened by what refinement may leave them.
-    scales
-        Scales between the working grids at which every shift is tried.
-    known_scale
-        The scale between the working grids where it is known.
+        Bounds of the scale between the working grids.
     angle
         Of the strongest direction of A's walls, radians.
     scorer
@@ -50,8 +45,6 @@ class WorkingPair:
     walls_a: NDArray[np.float64]
     walls_b: NDArray[np.float64]
     scale_bounds: tuple[float, float]
-    scales: NDArray[np.float64]
-    known_scale: KnownScale | None
     angle: float
     scorer: AgreementScorer
     handicap: float
@@ -69,16 +62,12 @@ class WorkingPair:
         """Pair two maps with walls; `scale` bounds the scale between their pixels."""
         a, b, angle = fixed.walled, moving.walled, fixed.angles[0][0]
         between = scale[0] * b.factor / a.factor, scale[1] * b.factor / a.factor
-        widened, step = params.exact.widened(between), params.correlate.scale_step
-        known_scale = KnownScale.within(between, params.scale)
         return cls(
             a=a,
             b=b,
             walls_a=rng.permutation(a.walls),
             walls_b=rng.permutation(b.walls),
-            scale_bounds=widened,
-            scales=scales_within(between, params.scale.step) if known_scale else scales_within(widened, step),
-            known_scale=known_scale,
+            scale_bounds=params.exact.widened(between),
             angle=angle,
             scorer=AgreementScorer((a, b), (fixed.detailed, moving.detailed), angle, params),
             handicap=bent_handicap(max(fixed.thickness_cells, moving.thickness_cells), params.confidence),

@@ -14,10 +14,7 @@ from scenarios.execution.terminal import progress, row_callback
 
 def calibrate(
     runs: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="RUN...", help="Runs of `robust` with --set robust.max_candidates=20, some with --known-scale."
-        ),
+        list[Path], typer.Argument(metavar="RUN...", help="Runs of `robust` with --set robust.max_candidates=20.")
     ],
 ) -> None:
     """Fit the confidence of `robust` to the split train and to real maps, and print the numbers for its params.py.

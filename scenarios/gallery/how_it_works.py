@@ -50,7 +50,6 @@ PARAMS = Params()  # of the default method
 ZOOM = 2  # pixels of a picture per working cell
 DRAWN_RECTANGLES = 8
 PEAKS, RING_PX, WHITE = 5, 10, (255, 255, 255)
-MIN_RIVAL_OVERLAP = 0.1  # of the free space: a rival that is drawn meets some walls
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,12 +81,6 @@ class Explained:
     def best(self) -> Candidate:
         """The best candidate."""
         return self.alignment.candidates[0]
-
-    @property
-    def rival(self) -> Candidate:
-        """The best of the other candidates under which the maps meet; one of no overlap shows nothing."""
-        others = self.alignment.candidates[1:]
-        return next((each for each in others if each.overlap >= MIN_RIVAL_OVERLAP), others[0])
 
     @property
     def sides(self) -> tuple[WallFaces, WallFaces]:
@@ -176,8 +169,7 @@ def draw_shifts(shown: Explained) -> Picture:
     turn, size = float(score.given[0]), float(score.given[1])
     (height, width), beyond = shown.a.free.shape, math.ceil(shown.b.radius * math.exp(size))
     x, y = np.meshgrid(np.arange(-beyond, width + beyond), np.arange(-beyond, height + beyond))
-    on_a, on_b = shown.sides
-    peaks, _ = correlate(on_a, [on_b], [math.exp(size)], PARAMS.correlate, PARAMS.gain, max_shifts=PEAKS)
+    peaks, _ = correlate(*shown.sides, [math.exp(size)], PARAMS.correlate, PARAMS.gain, max_shifts=PEAKS)
     pictures, captions = [], []
     for quarter in range(4):
         at = np.column_stack([np.full((x.size, 2), (turn + quarter * QUARTER, size)), x.ravel(), y.ravel()])
@@ -193,7 +185,7 @@ def draw_shifts(shown: Explained) -> Picture:
 
 def draw_rivals(shown: Explained) -> Picture:
     """Draw the best placement and its strongest rival: matched and contradicted faces."""
-    best, rival = shown.best, shown.rival
+    best, rival = shown.alignment.candidates[:2]
     captions = [f"best placement: confidence {best.confidence:.2f}", f"strongest rival: {rival.confidence:.2f}"]
     return with_legend(side_by_side([draw_meetings(shown, each.pixels) for each in (best, rival)], captions), MEETINGS)
 

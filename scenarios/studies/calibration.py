@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.robust import confidence_model as model
-from rectmerge.robust.known_scale import scale_terms
-from rectmerge.robust.params import ConfidenceParams, ScaleParams
+from rectmerge.robust.params import ConfidenceParams
 from rectmerge.robust.wall_agreement import WallAgreement
 from scenarios.scoring.row import Row
 from scenarios.scoring.score import RIGHT
@@ -146,22 +145,6 @@ def fit_odds(graded: GradedCandidates) -> OddsWeights:
     rigid = fit(graded.without_bent().rigid_choices(), _signs(model.RIGID_TERMS))
     bent = fit(graded.bent_choices(rigid), _signs(model.BENT_TERMS))
     return OddsWeights(rigid, bent)
-
-
-def fit_scale(rows: Sequence[Row], odds: OddsWeights) -> NDArray[np.float64]:
-    """Fit what a known scale adds to the odds, to rows of runs that knew it, shape (2,)."""
-    graded = GradedCandidates.from_rows(rows)
-    terms, known = np.zeros((*graded.is_there.shape, 2)), np.zeros(graded.is_there.shape)
-    for i, row in enumerate(rows):
-        evidence = row["evidence"] or []
-        terms[i, : len(evidence)], known[i, : len(evidence)] = known_scale_terms(evidence), odds.log_odds(evidence)
-    floor = np.full(graded.is_there.shape, -np.inf)
-    return fit(Choices(terms, graded.is_there, graded.is_right, floor, known), np.array([0, -1]))
-
-
-def known_scale_terms(evidence: Sequence[dict[str, float]]) -> NDArray[np.float64]:
-    """Return the terms of a pair's candidates by their scales, where it was known, shape (K, 2)."""
-    return scale_terms(np.array([candidate["scale_off"] for candidate in evidence]), ScaleParams())
 
 
 def _signs(terms: Sequence[str]) -> NDArray[np.int_]:

@@ -30,7 +30,7 @@ class Choices:
     floor
         Shape (P, K): other log-odds, to which the odds of the weighted sum are added; minus infinity for none.
     offset
-        Shape (P, 1) or (P, K): added to the weighted sums of a pair, or of each candidate.
+        Shape (P, 1): added to the weighted sums of a pair.
     """
 
     terms: NDArray[np.float64]

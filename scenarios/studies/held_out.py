@@ -15,14 +15,7 @@ from rectmerge.robust.params import VerdictParams
 from rectmerge.robust.verdict import log_odds_of_rest, probability
 from scenarios.scoring.row import Row
 from scenarios.scoring.score import RIGHT
-from scenarios.studies.calibration import (
-    GradedCandidates,
-    OddsWeights,
-    fit_odds,
-    fit_scale,
-    known_scale_terms,
-    usable,
-)
+from scenarios.studies.calibration import GradedCandidates, OddsWeights, fit_odds, usable
 from scenarios.studies.probability_fit import BestCandidate, fit_probability
 
 FOLDS = 5
@@ -42,7 +35,6 @@ def report(rows: Sequence[Row]) -> str:
     training = usable(rows)
     if not training:
         raise InputError("no row may be fitted: rows of the split train or of real places, with candidates, are needed")
-    training, known = _by_scale(training)
     graded = GradedCandidates.from_rows(training)
     odds = fit_odds(graded)
     lines = [
@@ -50,10 +42,8 @@ def report(rows: Sequence[Row]) -> str:
         f"confidence.rigid = {_written(odds.rigid)}",
         f"confidence.bent = {_written(odds.bent)}",
         f"verdict.weights = {_written(fit_verdict(training))}",
-        f"scale.weights = {_written(fit_scale(known, odds))}" if known else "# no run knew the scale (--known-scale)",
         "# pairs judged by weights that were fitted without their places; the mirror image by the weights in use",
         *held_out_table(training),
-        *(["# the same pairs where the scale is known", *held_out_table(training, known)] if known else []),
     ]
     return "\n".join(lines)
 
@@ -87,30 +77,25 @@ def without_right(row: Row) -> Row | None:
     return {**row, "grades": [grades[i] for i in kept], "evidence": [{**evidence[i], **mirror} for i in kept]}
 
 
-def held_out_table(rows: Sequence[Row], known: Sequence[Row] = ()) -> list[str]:
-    """Count the verdicts on held-out pairs, by kind of pair and overlap; on those of known scale, if given."""
+def held_out_table(rows: Sequence[Row]) -> list[str]:
+    """Count the verdicts on held-out pairs, by kind of pair and overlap, at several thresholds of the probability."""
     counts: dict[str, Counter[str]] = {}
     for held in sorted({_folds(row, FOLDS) for row in rows}, key=sorted):
         seen = [row for row in rows if not _folds(row, FOLDS) & held]
         odds, weights = fit_odds(GradedCandidates.from_rows(seen)), fit_verdict(seen)
         params = VerdictParams(weights=tuple(float(weight) for weight in weights))
-        scale = fit_scale([row for row in known if not _folds(row, FOLDS) & held], odds) if known else None
-        for row in known or rows:
+        for row in rows:
             if _folds(row, FOLDS) == held:
-                counts.setdefault(_kind(row), Counter()).update(
-                    ["n", outcome(best_candidate(row, odds, scale), params)]
-                )
+                counts.setdefault(_kind(row), Counter()).update(["n", outcome(best_candidate(row, odds), params)])
     return [
         f"# {kind}: {', '.join(f'{count[name]} {name}' for name in COLUMNS)}" for kind, count in sorted(counts.items())
     ]
 
 
-def best_candidate(row: Row, odds: OddsWeights, scale: NDArray[np.float64] | None = None) -> BestCandidate:
-    """Return the best candidate of a row by some odds, and by weights of the scale, (2,), where it is known."""
+def best_candidate(row: Row, odds: OddsWeights) -> BestCandidate:
+    """Return the best candidate of a row by some odds."""
     evidence = row["evidence"] or []
     log_odds = odds.log_odds(evidence)
-    if scale is not None:
-        log_odds = log_odds + known_scale_terms(evidence) @ scale
     best = int(np.argmax(log_odds))
     mirror = evidence[0]["mirror_log_odds"]  # None where it was not asked
     return BestCandidate(
@@ -128,11 +113,6 @@ def outcome(best: BestCandidate, params: VerdictParams) -> str:
     if confidence < params.accept_at or not best.is_held:
         return "refused"
     return "right-accepted" if best.grade in RIGHT else "wrong-accepted"
-
-
-def _by_scale(rows: Sequence[Row]) -> tuple[list[Row], list[Row]]:
-    """Divide rows into those of runs that did not know the scale, and those of runs that knew it."""
-    return [row for row in rows if not row["knows_scale"]], [row for row in rows if row["knows_scale"]]
 
 
 def _folds(row: Row, count: int) -> frozenset[int]:

@@ -5,9 +5,8 @@ import pytest
 
 from rectmerge._kernels.placements import invert
 from rectmerge.analysis.trinary_map import MapCells
-from rectmerge.robust.correlation import correlate
+from rectmerge.robust.correlation import correlate, scales_within
 from rectmerge.robust.features import dominant_angles, extract_features
-from rectmerge.robust.known_scale import scales_within
 from rectmerge.robust.likelihood import WallNoise, face_gains
 from rectmerge.robust.params import Params
 from tests import naive
@@ -42,7 +41,7 @@ def test_the_best_shift_at_the_true_scale_is_the_true_one(turn, scale):
     features_a, features_b = features_of(a), features_of(b)
     truth = true_placement(a, b, features_a, features_b)
 
-    placements, gains = correlate(on_a, [on_b], [math.hypot(*truth[:2])], PARAMS.correlate, PARAMS.gain, max_shifts=5)
+    placements, gains = correlate(on_a, on_b, [math.hypot(*truth[:2])], PARAMS.correlate, PARAMS.gain, max_shifts=5)
 
     best, points = placements[np.argmax(gains)], features_b.landmarks
     assert np.abs(naive.move(best, points) - naive.move(truth, points)).max() < 2 * CELLS * max(1.0, 1 / scale)
@@ -52,7 +51,7 @@ def test_the_gain_of_a_shift_is_about_that_of_its_faces_one_by_one():
     rooms = plans.office(2)
     on_a, on_b = faces_of(plans.see(rooms, degrees=0)), faces_of(plans.see(rooms, degrees=90))
 
-    placements, gains = correlate(on_a, [on_b], [1.0], PARAMS.correlate, PARAMS.gain, max_shifts=3)
+    placements, gains = correlate(on_a, on_b, [1.0], PARAMS.correlate, PARAMS.gain, max_shifts=3)
 
     best = placements[[np.argmax(gains)]]
     quarter = round((on_b.angle + math.atan2(best[0, 1], best[0, 0]) - on_a.angle) / (math.pi / 2)) % 4
@@ -78,7 +77,7 @@ def test_walls_back_to_back_gain_nothing():
         0.0, PARAMS.faces
     )
 
-    placements, gains = correlate(left, [right], [1.0], PARAMS.correlate, PARAMS.gain, max_shifts=5)
+    placements, gains = correlate(left, right, [1.0], PARAMS.correlate, PARAMS.gain, max_shifts=5)
 
     unturned = placements[:, 0] > 0.5
     assert gains[unturned].max() < 0.2 * gains[~unturned].max()

@@ -5,7 +5,7 @@ from rectmerge.errors import InputError
 from rectmerge.robust.confidence_model import BENT_TERMS, RIGID_TERMS, bent_terms, rigid_terms
 from rectmerge.robust.params import ConfidenceParams
 from rectmerge.robust.wall_agreement import WallAgreement
-from scenarios.studies.calibration import AGAINST, GradedCandidates, OddsWeights, fit_odds, fit_scale, usable
+from scenarios.studies.calibration import AGAINST, GradedCandidates, OddsWeights, fit_odds, usable
 
 SHARES = ("matched", "near", "clutter_matched", "violations", "contradicted", "clutter_contradicted")
 
@@ -19,8 +19,7 @@ def candidate(rng, is_right):
     values = (met, met, met, missing, 0.1, 0.1)
     shares = {name: float(np.clip(value, 0.0, 1.0)) for name, value in zip(SHARES, values, strict=True)}
     contradictions = dict.fromkeys(("on_floor", "beside", "corners_missed", "corners_denied"), shares["violations"])
-    fixed = {"judged": 300.0, "clutter": 200.0, "overlap": 0.5, "iou": 0.3, "support": 0.5}
-    fixed |= {"handicap": 0.0, "scale_off": 0.0}
+    fixed = {"judged": 300.0, "clutter": 200.0, "overlap": 0.5, "iou": 0.3, "support": 0.5, "handicap": 0.0}
     return {**fixed, **shares, **contradictions, "mirror_log_odds": None, "slack_cells": 0.1, "is_at_limit": False}
 
 
@@ -29,7 +28,6 @@ def drawn_row(rng, *, is_found=True, place="p", **more):
     return {
         "suite": "standard",
         "place": place,
-        "knows_scale": False,
         "related": is_found,
         "overlap": 0.5 if is_found else None,
         "candidates": [[0]] * 3,
@@ -56,19 +54,6 @@ def test_the_fit_tells_right_from_wrong(rows):
     assert choices.loss(weights) < 0.7 * choices.loss(np.zeros(len(RIGID_TERMS)))
     odds = choices.log_odds(weights)
     assert np.median(odds[graded.is_right]) > 0 > np.median(odds[graded.is_there & ~graded.is_right])
-
-
-def test_a_scale_near_the_known_one_speaks_for_a_placement_as_far_as_right_ones_are_nearer():
-    rng = np.random.default_rng(3)
-    rows = [drawn_row(rng, is_found=k % 3 != 0) for k in range(90)]
-    for row in rows:
-        for each, grade in zip(row["evidence"], row["grades"], strict=True):
-            each["scale_off"] = rng.normal(0.0, 0.001 if grade == "fine" else 0.03)
-    no_odds = OddsWeights(np.zeros(len(RIGID_TERMS)), np.array([-9.0, *np.zeros(len(BENT_TERMS) - 1)]))
-
-    constant, per_difference = fit_scale(rows, no_odds)
-
-    assert constant > 0 > per_difference
 
 
 def test_no_weight_is_against_its_sign(rows):
