@@ -245,10 +245,10 @@ def _work(node: MergerNode, ended: threading.Event) -> None:
             node.cycle()
         except RectMergeError as error:
             node.get_logger().error(str(error))
-        except Exception:
+        except Exception as error:  # noqa: BLE001 - a node that goes silent is worse than one that names its fault
             if ended.is_set() or not rclpy.ok():  # publishers of a node that ends raise whatever they like
                 return
-            raise
+            node.get_logger().error(f"internal error, the next maps are tried again: {type(error).__name__}: {error}")
 
 
 def main() -> None:

@@ -22,8 +22,8 @@ DEPTH = 10
 STEP_S = 0.2  # longest sleep, so that an interrupt is heard
 
 
-def play(bag: str | os.PathLike[str], *, speed: float = 1.0, stays: bool = False) -> list[str]:
-    """Publish every message of a bag at its time, and the time on /clock.
+def play(bag: str | os.PathLike[str], *, speed: float = 1.0, stays: bool = False) -> None:
+    """Publish every message of a bag at its time, and the time on /clock; warn of types that are not installed.
 
     Parameters
     ----------
@@ -33,11 +33,6 @@ def play(bag: str | os.PathLike[str], *, speed: float = 1.0, stays: bool = False
         Seconds of the bag in a second.
     stays
         Keep what is latched on its topics until interrupted.
-
-    Returns
-    -------
-    list of str
-        Topics that were left out, because the types of their messages are not installed.
 
     Raises
     ------
@@ -52,7 +47,6 @@ def play(bag: str | os.PathLike[str], *, speed: float = 1.0, stays: bool = False
             node.get_logger().warning(f"not published, for their types are not installed: {', '.join(left_out)}")
         while stays:
             time.sleep(STEP_S)
-        return left_out
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What is published at one time: the merged map, where each robot's map lies on it, and why one does not."""
+"""Publication of one time: the merged map, the place of each robot's map on it, and the reason where it has none."""
 
 from __future__ import annotations
 

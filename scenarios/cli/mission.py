@@ -29,9 +29,10 @@ def mission(
     from scenarios.dataset.generate import generate
     from scenarios.suites.suite import load_suite
 
+    chosen = load_suite(suite)
     with TemporaryDirectory() as folder:
         console.note(f"rectbench: simulating a mission of {suite}")
-        generate(load_suite(suite), Path(folder) / "set", pairs=1, seed=seed, form="mcap")
+        generate(chosen, Path(folder) / "set", pairs=1, seed=seed, form="mcap")
         bags = sorted(Path(folder).glob("set/*/bags/*"))
         if not bags:
             raise InputError(f"{suite}: no robots made its first pair; name another suite, or a --seed")

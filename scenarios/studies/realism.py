@@ -8,10 +8,11 @@ from pathlib import Path
 
 from rectmerge.io.atomic_file import replace_file
 from scenarios.dataset.contact_sheet import contact_sheet, paletted_png
+from scenarios.dataset.reader import open_dataset
 from scenarios.execution.executors import WorkerDiedError, completed, describe_machine
 from scenarios.execution.files import clear_folder
 from scenarios.studies.examination import Finding, examine_dataset, examine_mission
-from scenarios.studies.map_population import run_missions
+from scenarios.studies.map_population import REAL, run_missions
 from scenarios.studies.map_realism import PAGE as MAPS_PAGE
 from scenarios.studies.map_realism import SHEET as MAPS_SHEET
 from scenarios.studies.map_realism import compare_maps, write_map_realism
@@ -19,6 +20,7 @@ from scenarios.studies.realism_page import page
 from scenarios.suites.random_missions import random_sources
 
 PAGE, SHEET = "README.md", "sheet.png"
+PAIR_SETS = ("real_maps", "real_lasers")  # of the page on pairs
 
 
 def write_realism(
@@ -50,6 +52,8 @@ def write_realism(
     on_done
         Called with the name of each mission that has been run.
     """
+    for name in sorted({*(REAL if missions else ()), *(PAIR_SETS if pairs else ())}):
+        open_dataset(Path(maps) / name)  # refused before anything is cleared or simulated
     folder, machine = Path(out), describe_machine()
     for count, files in ((missions, (MAPS_PAGE, MAPS_SHEET)), (pairs, (PAGE, SHEET))):
         if count:
@@ -65,7 +69,7 @@ def _write_pairs(
     maps: Path, folder: Path, pairs: int, executor: Executor | None, on_done: Callable[[str], None]
 ) -> None:
     """Write the page that compares pairs, and its contact sheet."""
-    real = {name: examine_dataset(maps / name) for name in ("real_maps", "real_lasers")}
+    real = {name: examine_dataset(maps / name) for name in PAIR_SETS}
     simulated = []
     for source, future in completed(executor, examine_mission, random_sources(pairs)):
         try:

@@ -18,7 +18,7 @@ def command(program, *words):
 
 
 def test_simulated_robots_are_merged_while_they_explore(start, listener):
-    start(*command("rectmerge", "node", "--rate", "4"))
+    start(*command("rectmerge", "node", "--rate", "4", "--accepts", "1"))
     start(*command("scenarios", "mission", "smoke", "--speed", "10"))
     listener.wait_for(lambda: "robot2/map" in listener.transforms)
 
