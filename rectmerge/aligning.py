@@ -10,6 +10,7 @@ import numpy as np
 
 from rectmerge import methods
 from rectmerge.alignment import Alignment, Method, ScaleReport, ScaleSource, right_resolutions
+from rectmerge.derived import derived_kept
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid, known_part, map_frame_to_pixels
 from rectmerge.hints import ByHand, Guess, Hint, TakesHints
@@ -164,9 +165,10 @@ def _align(method: Method, a: OccupancyGrid, b: OccupancyGrid, scale: Scale, see
         if not grid.free.any():
             return Alignment(verdict="rejected", reason=f"map {name} has no free cell", method=method.name, unit=a.unit)
     bounds, source = _search_bounds(scale, expected)
-    alignment = method.align(a, b, scale=bounds, rng=np.random.default_rng(seed))
-    if source == "resolution" and alignment.verdict == "rejected":
-        alignment, source = _search_freely(method, a, b, alignment, expected or 1.0, seed)
+    with derived_kept():
+        alignment = method.align(a, b, scale=bounds, rng=np.random.default_rng(seed))
+        if source == "resolution" and alignment.verdict == "rejected":
+            alignment, source = _search_freely(method, a, b, alignment, expected or 1.0, seed)
     if source == "given" and not alignment and expected is not None and not bounds[0] <= expected <= bounds[1]:
         note = f"the resolutions give a scale of {expected:.3g}, which was not searched"
         alignment = dataclasses.replace(alignment, reason=f"{alignment.reason}; {note}")

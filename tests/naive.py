@@ -147,16 +147,16 @@ def move(placement: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray
     return np.array([[a * x - b * y + tx, b * x + a * y + ty] for x, y in points.tolist()]).reshape(-1, 2)
 
 
-def count_codes(placements, quarters, points, faces, codes):
-    """Count the codes that each placement's faces meet, face by face, shape (N, 256)."""
+def count_codes(placements, quarters, points, kinds, codes):
+    """Count the codes that each placement's faces meet, face by face and kind by kind, shape (N, 2, 256)."""
     ways, height, width = codes.shape
-    counts = np.zeros((len(placements), 256), int)
+    counts = np.zeros((len(placements), 2, 256), int)
     for i, placement in enumerate(placements):
-        for (x, y), faced in zip(move(placement, points), faces, strict=True):
+        for (x, y), mine in zip(move(placement, points), kinds, strict=True):
             u, v = int(np.floor(x + 0.5)), int(np.floor(y + 0.5))
-            for k in np.flatnonzero(faced):
+            for k in np.flatnonzero(mine):
                 if 0 <= u < width and 0 <= v < height:
-                    counts[i, codes[(k + quarters[i]) % ways, v, u]] += 1
+                    counts[i, mine[k] - 1, codes[(k + quarters[i]) % ways, v, u]] += 1
     return counts
 
 

@@ -13,14 +13,15 @@ def count_codes(
     placements: NDArray[np.float64],
     quarters: NDArray[np.int64],
     points: NDArray[np.float64],
-    faces: NDArray[np.bool_],
+    kinds: NDArray[np.uint8],
     codes: NDArray[np.uint8],
     counts: NDArray[np.int32],
 ) -> None:
-    """Count, for each placement, the codes at the points' faces: counts (N, codes).
+    """Count, for each placement and kind of face, the codes at the points' faces: counts (N, kinds, codes).
 
-    `faces` (P, W) marks in which of W directions a point has free space; a placement turns direction k into direction
-    k + quarters of the other map, whose codes are `codes` (W, h, w). Points outside the other map are not counted.
+    `kinds` (P, W) says which kind of face, from 1, a point has in each of W directions; 0 where it has none. A
+    placement turns direction k into direction k + quarters of the other map, whose codes are `codes` (W, h, w). Points
+    outside the other map are not counted.
     """
     directions, height, width = codes.shape
     for i in range(len(placements)):
@@ -33,5 +34,5 @@ def count_codes(
                 continue
             u, v = int(x), int(y)
             for k in range(directions):
-                if faces[n, k]:
-                    counts[i, codes[(k + quarters[i]) % directions, v, u]] += 1
+                if kinds[n, k]:
+                    counts[i, kinds[n, k] - 1, codes[(k + quarters[i]) % directions, v, u]] += 1

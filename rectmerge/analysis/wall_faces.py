@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rectmerge.analysis.distance_codes import BINS, IN_UNKNOWN, distance_codes, distance_to
 
 QUARTER = math.pi / 2
+EIGHTH = QUARTER / 2
 NORMALS = 4  # of the faces of an orthogonal frame
 
 

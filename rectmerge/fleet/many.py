@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rectmerge import methods
 from rectmerge.aligning import Scale
 from rectmerge.alignment import Method
+from rectmerge.derived import derived_kept
 from rectmerge.errors import InputError
 from rectmerge.fleet.asking import PairAsker, Progress, Questions
 from rectmerge.fleet.assembling import assemble
@@ -96,7 +97,8 @@ def build_graph(
         grids, names, [order[name] for name in names], evidence, ask,
         budget=budget, known=before.answers, executor=executor, progress=progress,
     )  # fmt: skip
-    joining, gain = _join(grids, evidence, questions, params, before)
+    with derived_kept():  # of each map, which is asked about many times
+        joining, gain = _join(grids, evidence, questions, params, before)
     graph = assemble(named, names, faults, joining, questions, method=ask.method.name, started=started)
     return graph if earlier is None else replace(graph, changes=describe_changes(earlier, graph, named, gain))
 

@@ -144,6 +144,9 @@ def _peaks(scores: Image, most: int) -> tuple[NDArray[np.float64], Image]:
     """Find the highest local maxima, (N, 2) as (u, v), and their values."""
     cells = np.flatnonzero(scores >= cv2.dilate(scores, np.ones((3, 3), np.uint8)))
     values = scores.ravel()[cells]
+    if len(values) > most:
+        high = values >= np.partition(values, -most)[-most]
+        cells, values = cells[high], values[high]
     best = np.argsort(-values, kind="stable")[:most]
     v, u = np.divmod(cells[best], scores.shape[1])
     return np.stack([u, v], axis=1).astype(np.float64), values[best]

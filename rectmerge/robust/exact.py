@@ -42,7 +42,7 @@ class Answer:
         """
         params = self.evidence.params
         confirmed = replace(self.evidence, bend_log_odds=params.bend_log_odds)
-        decides = self.evidence.probability < params.accept_at <= confirmed.probability
+        decides = self.evidence.probability < confirmed.asked <= confirmed.probability
         return replace(self, evidence=confirmed) if decides and unbend(a, b, _similarity(self.fit)) else self
 
     def candidate(self, a: OccupancyGrid, b: OccupancyGrid, *, is_swapped: bool) -> Candidate:

@@ -71,12 +71,19 @@ class Features:
         return float(np.sqrt(((self.walls - self.walls.mean(axis=0)) ** 2).sum(axis=1).mean()))
 
     def faces(self, angle: float, params: FaceParams) -> WallFaces:
-        """Group the wall points by outward normal; normal 0 is at an angle."""
-        return WallFaces.from_walls(
-            self.walls, self.free, self.known, angle,
-            free_at_cells=params.free_at_cells, min_run_cells=params.min_run_cells,
-            run_width_cells=params.run_width_cells, run_gap_cells=params.run_gap_cells,
-        )  # fmt: skip
+        """Group the wall points by outward normal; normal 0 is at an angle. They are made once."""
+        key = angle, params
+        if key not in self._faces:
+            self._faces[key] = WallFaces.from_walls(
+                self.walls, self.free, self.known, angle,
+                free_at_cells=params.free_at_cells, min_run_cells=params.min_run_cells,
+                run_width_cells=params.run_width_cells, run_gap_cells=params.run_gap_cells,
+            )  # fmt: skip
+        return self._faces[key]
+
+    @functools.cached_property
+    def _faces(self) -> dict[tuple[float, FaceParams], WallFaces]:
+        return {}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

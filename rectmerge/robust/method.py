@@ -116,8 +116,8 @@ class Robust(Params):
         The mirror image is searched as far as the maps were, where the best answer might be accepted.
         """
         best = answers[0].evidence
-        flipped = moving.mirrored()
-        is_full_allowed = result.is_full and best.probability >= self.verdict.accept_at
+        flipped = moving.mirrored
+        is_full_allowed = result.is_full and best.probability >= best.asked
         pair = WorkingPair.from_maps(fixed, flipped, scale, rng, self)
         mirror = search(pair, fixed, flipped, is_full_allowed=is_full_allowed)
         if len(mirror.ranking) == 0:

@@ -106,7 +106,7 @@ class CorrelateParams(Group):
     """Correlation of the faces of both maps over every shift."""
 
     cell_cells: float = param(3.0, "cells", LAYOUT)  # working cells per correlated cell
-    max_diagonal_cells: float = param(180.0, "correlated cells", LAYOUT, most=1000)  # larger maps take larger cells
+    max_diagonal_cells: float = param(90.0, "correlated cells", LAYOUT, most=1000)  # larger maps take larger cells
     spread_cells: float = param(1.0, "correlated cells", HAND)
     outliers: float = param(0.03, "share", HAND)
     scale_step: float = param(0.04, "log scale", HAND, least=0.001)
@@ -141,7 +141,6 @@ class RankParams(Group):
     contradicted_cells: float = param(8.0, "cells", HAND)
     known_beside_cells: float = param(3.0, "cells", HAND)  # unknown cells this close to a wall count as known
     max_free_samples: int = param(2000, "free cells", LAYOUT)  # on which overlaps are estimated
-    turn_step_deg: float = param(3.0, "degrees", LAYOUT, least=0.01)  # placements that turn alike share the faces of B
     same_fit_cells: float = param(3.0, "cells", HAND)  # placements closer than this say the same
     same_radius_share: float = param(0.2, "share of A's radius", HAND)  # or than this
     same_log_odds: float = param(6.0, "log-odds", HAND)  # within which the likelier placement replaces its head
@@ -220,6 +219,12 @@ class VerdictParams(Group):
     sure_at: float = param(0.995, "probability", ablation("the mirror image as a rival"), least=0)  # no mirror needed
     max_slack_cells: float = param(4.0, "map cells", HAND)  # a placement that slides further is even odds at most
     mirrored_by: float = param(3.0, "log-odds", HAND)  # by which the mirror image fits better in mirrored maps
+    least_overlap: float = param(0.14, "share of the smaller free area", "hand: no related pair of the fit has less")
+    accept_little_at: float = param(0.97, "probability", HAND)  # asked below that overlap
+
+    def asked_of(self, overlap: float) -> float:
+        """Return the probability from which a placement is accepted, by its overlap."""
+        return self.accept_at if overlap >= self.least_overlap else self.accept_little_at
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

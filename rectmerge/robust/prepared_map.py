@@ -10,6 +10,7 @@ import numpy as np
 
 from rectmerge.analysis.quality import MapQuality, measure_quality
 from rectmerge.analysis.trinary_map import MapCells, trinary
+from rectmerge.derived import derive
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.detailed_map import DetailedMap
 from rectmerge.robust.features import Features, Frame, dominant_angles, extract_features, rectangles_in_frame
@@ -31,12 +32,17 @@ class PreparedMap:
 
     @classmethod
     def from_grid(cls, grid: OccupancyGrid, params: Params) -> PreparedMap:
-        """Prepare a map; it has no features where no wall borders on free space."""
-        cells = MapCells.from_values(trinary(grid), max_speck_cells=params.prepare.max_speck_cells)
-        return cls._from_cells(grid, cells, measure_quality(grid), params)
+        """Prepare a map, once within `derived_kept`; it has no features where no wall borders on free space."""
 
+        def prepare() -> PreparedMap:
+            cells = MapCells.from_values(trinary(grid), max_speck_cells=params.prepare.max_speck_cells)
+            return cls._from_cells(grid, cells, measure_quality(grid), params)
+
+        return derive(grid, (cls, params), prepare)
+
+    @cached_property
     def mirrored(self) -> PreparedMap:
-        """Prepare the mirror image of the map."""
+        """The mirror image of the map, prepared."""
         return self._from_cells(self.grid, self.cells.mirrored(), self.quality, self.params)
 
     @classmethod

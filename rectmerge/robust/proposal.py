@@ -43,8 +43,7 @@ def propose_rivals(pair: WorkingPair, placement: NDArray[np.float64]) -> NDArray
     if not pair.params.propose.use_rivals:
         return np.empty((0, 4))
     turn, scale = math.atan2(placement[1], placement[0]), math.hypot(placement[0], placement[1])
-    faces = pair.params.faces
-    frames = pair.a.faces(pair.angle, faces), pair.b.faces(pair.angle - turn, faces)
+    frames = pair.a.faces(pair.angle, pair.params.faces), pair.faces_of_b(turn)
     return _best_shifts(pair, [frames], np.array([scale]), params.rival_shifts, params.max_rival_fits)
 
 

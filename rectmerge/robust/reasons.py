@@ -45,9 +45,9 @@ def not_accepted(
     params
         Thresholds of the reasons.
     """
-    if replace(evidence, is_at_limit=False).probability >= evidence.params.accept_at:
+    if replace(evidence, is_at_limit=False).probability >= evidence.asked:
         return "the maps fit best at a scale beyond the bounds of the search: widen --scale, or check the resolutions"
-    if replace(evidence, slack_cells=0.0).probability >= evidence.params.accept_at:
+    if replace(evidence, slack_cells=0.0).probability >= evidence.asked:
         return (
             f"the walls in common do not hold the placement: it can slide by {evidence.slack_cells:.0f} cells; map a "
             "corner or a crossing wall that both maps share"
@@ -108,7 +108,7 @@ def _doubt(evidence: Evidence, params: ReasonParams) -> str:
     if max(evidence.rest_log_odds, evidence.mirror_log_odds) < behind:
         return (
             f"candidate 1 leads all others, but too little speaks for it ({evidence.probability:.0%}, where "
-            f"{evidence.params.accept_at:.0%} is asked; overlap {evidence.agreement.overlap:.0%} of the smaller map): "
+            f"{evidence.asked:.0%} is asked; overlap {evidence.agreement.overlap:.0%} of the smaller map): "
             "look at its overlay, or map more of what both maps share"
         )
     if evidence.rest_log_odds < behind:

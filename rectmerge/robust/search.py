@@ -68,4 +68,5 @@ def _convinces(pair: WorkingPair, ranking: Ranking) -> bool:
     if len(ranking) == 0:
         return False
     rest = float(log_odds_of_rest(ranking.plausibility)[0])
-    return probability(ranking.best, rest, -math.inf, pair.params.verdict) >= pair.params.verdict.accept_at
+    params = pair.params.verdict
+    return probability(ranking.best, rest, -math.inf, params) >= params.asked_of(float(ranking.agreement.overlap[0]))

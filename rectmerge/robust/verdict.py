@@ -78,6 +78,11 @@ class Evidence:
         return min(alone, 0.5) if self.is_slack or self.is_at_limit else alone
 
     @property
+    def asked(self) -> float:
+        """Probability from which the placement is accepted."""
+        return self.params.asked_of(self.agreement.overlap)
+
+    @property
     def probability_without_rivals(self) -> float:
         """Probability of the placement by its own log-odds, whatever the others."""
         return posterior(self.plausibility)
@@ -154,7 +159,7 @@ def log_odds_of_rest(plausibility: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def judge(evidence: Evidence) -> Verdict:
     """Give the verdict on the best placement."""
-    if evidence.probability >= evidence.params.accept_at:
+    if evidence.probability >= evidence.asked:
         return "accepted"
     is_held = not (evidence.is_slack or evidence.is_at_limit)
     is_likely = evidence.probability >= evidence.params.likely_at

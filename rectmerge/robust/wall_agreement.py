@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -12,13 +11,14 @@ from rectmerge._kernels.code_counts import count_codes
 from rectmerge._kernels.placements import add_scores, invert
 from rectmerge.analysis.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
 from rectmerge.analysis.overlap import cells_of
-from rectmerge.analysis.wall_faces import QUARTER, WallFaces
+from rectmerge.analysis.wall_faces import EIGHTH, WallFaces
 from rectmerge.robust.contradictions import measure
 from rectmerge.robust.detailed_map import DetailedMap
 from rectmerge.robust.features import Features
 from rectmerge.robust.params import Params, RankParams
 
 CODES = 128
+LONG, CLUTTER = np.uint8(1), np.uint8(2)  # kinds of faces, in long straight runs and not
 Value = TypeVar("Value")
 
 
@@ -86,8 +86,8 @@ class AgreementScorer:
     ----------
     working, detailed
         Features of A and B, and their details.
-    angle
-        Of normal 0 of A's faces, radians: the strongest direction of its walls.
+    angles
+        Of normal 0 of the faces of A and B, radians: the strongest direction of their walls.
     params
         Parameters of the method.
     """
@@ -96,16 +96,14 @@ class AgreementScorer:
         self,
         working: tuple[Features, Features],
         detailed: tuple[DetailedMap, DetailedMap],
-        angle: float,
+        angles: tuple[float, float],
         params: Params,
     ) -> None:
         self._working, self._detailed, self._contradict = working, detailed, params.contradict
-        (a, b), self._angle = working, angle
+        (a, b), (self._angle, self._angle_b) = working, angles
         self._a, self._b = a, b
         self._faces, self._params = params.faces, params.rank
-        self._turn_step = math.radians(params.rank.turn_step_deg)
-        self._on_a = a.faces(angle, params.faces)
-        self._on_b: dict[int, WallFaces] = {}
+        self._on_a = a.faces(self._angle, params.faces)
         self._floor = np.ascontiguousarray(cells_of(b.free, params.rank.max_free_samples)[:, ::-1].T, np.float32)
 
     def score(self, placements: NDArray[np.float64]) -> Agreements:
@@ -130,29 +128,24 @@ class AgreementScorer:
         )
 
     def _codes_met(self, placements: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Count the codes that long faces and others of both maps meet, by the coarser map's cells, (N, CODES) each."""
+        """Count the codes that long faces and others of both maps meet, by the coarser map's cells, (N, CODES) each.
+
+        A's normals are those of B's own frame, or halfway between them, whichever is nearer under the placement.
+        """
         back = invert(placements)
         turns = np.arctan2(placements[:, 1], placements[:, 0])
-        alike = np.rint((self._angle - turns) % QUARTER / self._turn_step).astype(int)
-        forward = np.zeros((2, len(placements), CODES), np.int32)
+        eighths = np.rint((self._angle - turns - self._angle_b) / EIGHTH).astype(np.int64)
+        forward = np.zeros((len(placements), 2, CODES), np.int32)
         backward = np.zeros_like(forward)
-        for key in np.unique(alike):
-            which = np.flatnonzero(alike == key)
-            on_b = self._faces_of_b(int(key))
-            quarters = np.rint((on_b.angle + turns[which] - self._angle) / QUARTER).astype(np.int64) % 4
-            of_a, of_b = ((side.faces & side.is_long, side.faces & ~side.is_long) for side in (self._on_a, on_b))
-            for kind in range(2):
-                forward[kind, which] = _tallied(
-                    placements[which], quarters, self._b.walls, of_b[kind], self._on_a.codes
-                )
-                backward[kind, which] = _tallied(back[which], -quarters % 4, self._a.walls, of_a[kind], on_b.codes)
-        walls = _by_coarser_cells(placements, forward[0], backward[0])
-        return walls, _by_coarser_cells(placements, forward[1], backward[1])
-
-    def _faces_of_b(self, key: int) -> WallFaces:
-        if key not in self._on_b:
-            self._on_b[key] = self._b.faces(key * self._turn_step, self._faces)
-        return self._on_b[key]
+        for is_oblique in np.unique(eighths % 2).tolist():
+            which = np.flatnonzero(eighths % 2 == is_oblique)
+            on_b = self._b.faces(self._angle_b + is_oblique * EIGHTH, self._faces)
+            quarters = -(eighths[which] // 2) % 4
+            of_a, of_b = _kinds(self._on_a), _kinds(on_b)
+            forward[which] = _tallied(placements[which], quarters, self._b.walls, of_b, self._on_a.codes)
+            backward[which] = _tallied(back[which], -quarters % 4, self._a.walls, of_a, on_b.codes)
+        long_faces, clutter = np.moveaxis(_by_coarser_cells(placements, forward, backward), 1, 0)
+        return long_faces, clutter
 
     def _overlaps(self, placements: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Estimate the overlap over the smaller free space and over the union, from evenly spaced free cells of B."""
@@ -166,10 +159,10 @@ class AgreementScorer:
     def _violations(self, placements: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the share of the walls on known cells of the other map that lie deep in its free space, shape (N,)."""
         ways = np.zeros(len(placements), np.int64)
-        one, two = (np.ones((len(f.walls), 1), np.bool_) for f in (self._a, self._b))
+        one, two = (np.ones((len(f.walls), 1), np.uint8) for f in (self._a, self._b))
         forward = _tallied(placements, ways, self._b.walls, two, self._a.distance_bins[None])
         backward = _tallied(invert(placements), ways, self._a.walls, one, self._b.distance_bins[None])
-        counts = _by_coarser_cells(placements, forward, backward)
+        counts = _by_coarser_cells(placements, forward, backward)[:, 0]
         known = counts[:, :BINS].sum(axis=1) + _within(counts[:, IN_UNKNOWN:], self._params.known_beside_cells)
         violations: NDArray[np.float64] = _beyond(counts, self._params.contradicted_cells) / np.maximum(known, 1.0)
         return violations
@@ -197,15 +190,21 @@ def _beyond(counts: NDArray[np.float64], cells: float) -> NDArray[np.float64]:
     return sums
 
 
+def _kinds(sides: WallFaces) -> NDArray[np.uint8]:
+    """Return the kind of face that each wall point has by normal, shape (N, 4), 0 where it has none."""
+    return np.where(sides.faces, np.where(sides.is_long, LONG, CLUTTER), np.uint8(0))
+
+
 def _tallied(
     placements: NDArray[np.float64],
     quarters: NDArray[np.int64],
     points: NDArray[np.float64],
-    faces: NDArray[np.bool_],
+    kinds: NDArray[np.uint8],
     codes: NDArray[np.uint8],
 ) -> NDArray[np.int32]:
-    counts = np.zeros((len(placements), CODES), np.int32)
-    count_codes(placements, quarters, points, faces, codes, counts)
+    """Count the codes that faces meet, by kind, shape (N, kinds, CODES)."""
+    counts = np.zeros((len(placements), max(LONG, CLUTTER), CODES), np.int32)
+    count_codes(placements, quarters, points, kinds, codes, counts)
     return counts
 
 
@@ -213,5 +212,5 @@ def _by_coarser_cells(
     placements: NDArray[np.float64], forward: NDArray[np.int32], backward: NDArray[np.int32]
 ) -> NDArray[np.float64]:
     """Add up what both maps' points met; where cells differ in size, the finer map's points count for less."""
-    scales = np.hypot(placements[:, 0], placements[:, 1])[:, None]
+    scales = np.hypot(placements[:, 0], placements[:, 1])[:, None, None]
     return np.asarray(forward * np.minimum(1.0, scales) + backward * np.minimum(1.0, 1 / scales), np.float64)

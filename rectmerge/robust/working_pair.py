@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import distinct
+from rectmerge.analysis.wall_faces import EIGHTH, QUARTER, WallFaces
 from rectmerge.robust.confidence_model import bent_handicap
 from rectmerge.robust.features import Features
 from rectmerge.robust.likelihood import WallLikelihood, WallNoise
@@ -30,8 +31,8 @@ class WorkingPair:
         Their wall points in random order: the first ones stand for all where not all are used.
     scale_bounds
         Bounds of the scale between the working grids.
-    angle
-        Of the strongest direction of A's walls, radians.
+    angle, angle_b
+        Of the strongest direction of A's walls and of B's, radians.
     scorer
         Scorer of the agreement of the walls.
     handicap
@@ -46,6 +47,7 @@ class WorkingPair:
     walls_b: NDArray[np.float64]
     scale_bounds: tuple[float, float]
     angle: float
+    angle_b: float
     scorer: AgreementScorer
     handicap: float
     params: Params
@@ -60,7 +62,7 @@ class WorkingPair:
         params: Params,
     ) -> WorkingPair:
         """Pair two maps with walls; `scale` bounds the scale between their pixels."""
-        a, b, angle = fixed.walled, moving.walled, fixed.angles[0][0]
+        a, b, angle, angle_b = fixed.walled, moving.walled, fixed.angles[0][0], moving.angles[0][0]
         between = scale[0] * b.factor / a.factor, scale[1] * b.factor / a.factor
         return cls(
             a=a,
@@ -69,7 +71,8 @@ class WorkingPair:
             walls_b=rng.permutation(b.walls),
             scale_bounds=params.exact.widened(between),
             angle=angle,
-            scorer=AgreementScorer((a, b), (fixed.detailed, moving.detailed), angle, params),
+            angle_b=angle_b,
+            scorer=AgreementScorer((a, b), (fixed.detailed, moving.detailed), (angle, angle_b), params),
             handicap=bent_handicap(max(fixed.thickness_cells, moving.thickness_cells), params.confidence),
             params=params,
         )
@@ -82,6 +85,15 @@ class WorkingPair:
         """Refine placements by some of the wall points of each map, shape (N, 4)."""
         walls = self.walls_a[:points], self.walls_b[:points]
         return refine(placements, self.a, self.b, walls, tuple(reaches), self.scale_bounds)
+
+    def faces_of_b(self, turn: float) -> WallFaces:
+        """Return B's faces, of the eight ways of its own frame the four that a turn brings nearest to A's normals.
+
+        Their angle is the one that the turn lays on A's.
+        """
+        eighths = round((self.angle - turn - self.angle_b) / EIGHTH)
+        faces = self.b.faces(self.angle_b + eighths % 2 * EIGHTH, self.params.faces)
+        return replace(faces, angle=self.angle - turn - eighths // 2 * QUARTER)
 
     def distinct(self, placements: NDArray[np.float64], apart_cells: float, max_kept: int) -> NDArray[np.intp]:
         """Return the indices of the first placements of each neighbourhood."""

@@ -9,11 +9,16 @@ from rectmerge.analysis.overlap import Agreement
 from rectmerge.robust.exact import Answer
 from rectmerge.robust.params import VerdictParams
 from rectmerge.robust.refinement import Fit
-from rectmerge.robust.verdict import Evidence, judge
+from rectmerge.robust.verdict import NO_AGREEMENT, Evidence, judge
 from rectmerge.similarity import Similarity
 from tests.rectmerge.elastic.bent_maps import bent_view, large_building, random_displacement
 
-NEARLY = Evidence(plausibility=2.0, rest_log_odds=-20.0, params=replace(VerdictParams(), weights=(0.0, 0.5, 0.0)))
+NEARLY = Evidence(
+    agreement=NO_AGREEMENT._replace(overlap=0.5),
+    plausibility=2.0,
+    rest_log_odds=-20.0,
+    params=replace(VerdictParams(), weights=(0.0, 0.5, 0.0)),
+)
 
 
 def answer(pixels, evidence=NEARLY):

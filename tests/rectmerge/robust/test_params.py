@@ -25,7 +25,7 @@ STRUCTURAL = {
     "features.py": {"QUARTER_TURN_DEG"},
     "likelihood.py": {"STEPS_PER_NAT"},
     "verdict.py": {"NO_AGREEMENT"},
-    "wall_agreement.py": {"CODES"},
+    "wall_agreement.py": {"CODES", "LONG", "CLUTTER"},
 }  # fmt: skip
 
 

@@ -24,7 +24,7 @@ def searched(a, b, *, bounds=(0.3, 3.0), seed=0):
     maps = plans.prepared(a.grid), plans.prepared(b.grid)
     features_a, features_b = (map_.walled for map_ in maps)
     rng = np.random.default_rng(seed)
-    angle = maps[0].angles[0][0]
+    angle, angle_b = (map_.angles[0][0] for map_ in maps)
     working = WorkingPair(
         a=features_a,
         b=features_b,
@@ -32,7 +32,10 @@ def searched(a, b, *, bounds=(0.3, 3.0), seed=0):
         walls_b=rng.permutation(features_b.walls),
         scale_bounds=bounds,
         angle=angle,
-        scorer=AgreementScorer((features_a, features_b), (maps[0].detailed, maps[1].detailed), angle, PARAMS),
+        angle_b=angle_b,
+        scorer=AgreementScorer(
+            (features_a, features_b), (maps[0].detailed, maps[1].detailed), (angle, angle_b), PARAMS
+        ),
         handicap=0.0,
         params=dataclasses.replace(PARAMS, propose=dataclasses.replace(PARAMS.propose, max_refined=120)),
     )

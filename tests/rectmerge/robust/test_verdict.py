@@ -50,7 +50,13 @@ def test_more_that_speaks_for_it_never_hurts(evidence, more):
 
 @given(EVIDENCE)
 def test_accepted_means_probable(evidence):
-    assert (judge(evidence) == "accepted") == (evidence.probability >= PARAMS.accept_at)
+    assert (judge(evidence) == "accepted") == (evidence.probability >= evidence.asked)
+
+
+def test_more_is_asked_where_the_overlap_is_less_than_any_that_was_fitted():
+    asked = [PARAMS.asked_of(overlap) for overlap in (0.05, 0.13, PARAMS.least_overlap, 0.5)]
+
+    assert asked == [PARAMS.accept_little_at] * 2 + [PARAMS.accept_at] * 2
 
 
 @given(EVIDENCE)

@@ -20,7 +20,7 @@ def office(**how):
 
 def scorer_of(map_a, map_b):
     working, detailed = (map_a.walled, map_b.walled), (map_a.detailed, map_b.detailed)
-    return AgreementScorer(working, detailed, map_a.angles[0][0], PARAMS)
+    return AgreementScorer(working, detailed, (map_a.angles[0][0], map_b.angles[0][0]), PARAMS)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -28,15 +28,15 @@ def test_the_fast_count_is_the_slow_one(seed):
     rng = np.random.default_rng(seed)
     ways = (1, 4)[seed % 2]
     codes = rng.integers(0, 100, (ways, 20, 30)).astype(np.uint8)
-    points, faces = rng.uniform(-5, 35, (50, 2)), rng.random((50, ways)) < 0.5
+    points, kinds = rng.uniform(-5, 35, (50, 2)), rng.integers(0, 3, (50, ways)).astype(np.uint8)
     angles = rng.uniform(0, 7, 6)
     placements = np.stack([np.cos(angles), np.sin(angles), *rng.uniform(0, 20, (2, 6))], axis=1)
     quarters = rng.integers(0, 4, 6)
-    counts = np.zeros((6, 256), np.int32)
+    counts = np.zeros((6, 2, 256), np.int32)
 
-    count_codes(placements, quarters, points, faces, codes, counts)
+    count_codes(placements, quarters, points, kinds, codes, counts)
 
-    np.testing.assert_array_equal(counts, naive.count_codes(placements, quarters, points, faces, codes))
+    np.testing.assert_array_equal(counts, naive.count_codes(placements, quarters, points, kinds, codes))
 
 
 def test_a_map_on_itself_meets_all_its_faces():
