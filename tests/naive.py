@@ -186,9 +186,11 @@ def shrunk_counts(
     """Count the free, occupied and surface cells of each working cell; specks count as free."""
     top, bottom, left, right = bounds
     shape = math.ceil((bottom - top + 1) / factor), math.ceil((right - left + 1) / factor)
+    before = (shape[0] * factor - (bottom - top + 1)) / 2, (shape[1] * factor - (right - left + 1)) / 2
     free, occupied, surface = (np.zeros(shape, int) for _ in range(3))
     for r, c in np.argwhere(cells >= 0).tolist():
-        at = min(shape[0] - 1, int((r - top + 0.5) / factor)), min(shape[1] - 1, int((c - left + 0.5) / factor))
+        row, col = int((r - top + 0.5 + before[0]) / factor), int((c - left + 0.5 + before[1]) / factor)
+        at = min(shape[0] - 1, row), min(shape[1] - 1, col)
         if cells[r, c] == 0 or is_speck(cells, r, c):
             free[at] += 1
             continue

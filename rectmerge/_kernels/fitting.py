@@ -188,6 +188,7 @@ def add_surface(
     points: NDArray[np.float64],
     index: NDArray[np.int32],
     surface: NDArray[np.float64],
+    known: NDArray[np.bool_],
     reach: float,
     weight: float,
     backward: bool,
@@ -195,7 +196,8 @@ def add_surface(
 ) -> tuple[float, int, int]:
     """Add the distances of every `stride`-th surface point to the lines of the other map's surface that faces the same.
 
-    Returns the weighted sum of squares, the number of matched points, and the number of points inside.
+    Returns the weighted sum of squares, the number of matched points, and the number of those that match or fall on
+    `known` cells.
     """
     height, width = index.shape
     a, b, tx, ty = to_other
@@ -206,11 +208,12 @@ def add_surface(
         x, y = a * points[k, 0] - b * points[k, 1] + tx, b * points[k, 0] + a * points[k, 1] + ty
         if x < 0 or y < 0 or x >= width or y >= height:
             continue
-        inside += 1
         nx, ny = cos * points[k, 2] - sin * points[k, 3], sin * points[k, 2] + cos * points[k, 3]
         at = nearest_facing(index, surface, x, y, nx, ny, reach)
         if at < 0:
+            inside += known[int(y), int(x)]
             continue
+        inside += 1
         matched += 1
         gx, gy = surface[at, 2], surface[at, 3]
         d = gx * (x - surface[at, 0]) + gy * (y - surface[at, 1])
@@ -228,9 +231,11 @@ def set_equations(
     points_b: NDArray[np.float64],
     index_a: NDArray[np.int32],
     surface_a: NDArray[np.float64],
+    known_a: NDArray[np.bool_],
     points_a: NDArray[np.float64],
     index_b: NDArray[np.int32],
     surface_b: NDArray[np.float64],
+    known_b: NDArray[np.bool_],
     reach: float,
     stride: int,
 ) -> tuple[float, int, int]:
@@ -240,8 +245,8 @@ def set_equations(
     scale = math.hypot(placement[0], placement[1])
     near = max(1.5, reach / scale)
     back = inverse(placement)
-    on_a = add_surface(matrix, vector, placement, points_b, index_a, surface_a, reach, 1.0, NO, stride)
-    on_b = add_surface(matrix, vector, back, points_a, index_b, surface_b, near, scale * scale, YES, stride)
+    on_a = add_surface(matrix, vector, placement, points_b, index_a, surface_a, known_a, reach, 1.0, NO, stride)
+    on_b = add_surface(matrix, vector, back, points_a, index_b, surface_b, known_b, near, scale * scale, YES, stride)
     return on_a[0] + on_b[0], on_a[1] + on_b[1], on_a[2] + on_b[2]
 
 
@@ -251,9 +256,11 @@ def fit_to_surfaces(
     points_b: NDArray[np.float64],
     index_a: NDArray[np.int32],
     surface_a: NDArray[np.float64],
+    known_a: NDArray[np.bool_],
     points_a: NDArray[np.float64],
     index_b: NDArray[np.int32],
     surface_b: NDArray[np.float64],
+    known_b: NDArray[np.bool_],
     reaches: NDArray[np.float64],
     bounds: tuple[float, float],
     strides: NDArray[np.int64],
@@ -262,7 +269,7 @@ def fit_to_surfaces(
     """Refine one placement, a Gauss-Newton step per reach, each map's surface onto the other's.
 
     Of the points, every `strides[k]`-th is used in step k.
-    Ends early where less than `least_matched` of the surface inside the other map finds a partner.
+    Ends early where less than `least_matched` of the surface on known cells of the other map finds a partner.
     Returns the placement, the last normal matrix, its mean squared residual, and the points matched of those inside.
     """
     p = placement
@@ -270,7 +277,19 @@ def fit_to_surfaces(
     squares, matched, inside = 0.0, 0, 0
     for step in range(len(reaches)):
         squares, matched, inside = set_equations(
-            matrix, vector, p, points_b, index_a, surface_a, points_a, index_b, surface_b, reaches[step], strides[step]
+            matrix,
+            vector,
+            p,
+            points_b,
+            index_a,
+            surface_a,
+            known_a,
+            points_a,
+            index_b,
+            surface_b,
+            known_b,
+            reaches[step],
+            strides[step],
         )
         if matched < least_matched * inside:
             break

@@ -106,14 +106,18 @@ def count_walls(
     kinds: NDArray[np.int8],
     bounds: tuple[int, int, int, int],
     factor: float,
+    starts: tuple[float, float],
     shape: tuple[int, int],
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
-    """Count specks, other occupied cells and surface cells per working cell, and sum the surface cells' (u, v)."""
+    """Count specks, other occupied cells and surface cells per working cell, and sum the surface cells' (u, v).
+
+    The grid begins by `starts` (rows, columns) before the bounds.
+    """
     specks, occupied, surface = np.zeros(shape, np.int32), np.zeros(shape, np.int32), np.zeros(shape, np.int32)
     sum_u, sum_v = np.zeros(shape), np.zeros(shape)
     for k in range(len(rows)):
-        y = min(shape[0] - 1, int((rows[k] - bounds[0] + 0.5) / factor))
-        x = min(shape[1] - 1, int((cols[k] - bounds[2] + 0.5) / factor))
+        y = min(shape[0] - 1, int((rows[k] - bounds[0] + 0.5 + starts[0]) / factor))
+        x = min(shape[1] - 1, int((cols[k] - bounds[2] + 0.5 + starts[1]) / factor))
         if kinds[k] == SPECK:
             specks[y, x] += 1
             continue

@@ -15,7 +15,7 @@ from rectmerge.analysis.distance_codes import distance_to
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.analysis.wall_faces import NORMALS, QUARTER, run_lengths
 from rectmerge.robust.detail_params import DetailParams
-from rectmerge.robust.features import shrink
+from rectmerge.robust.features import by_radius, shrink, shrunk_offset
 
 Image = NDArray[np.float32]
 
@@ -117,8 +117,7 @@ def _state(cells: MapCells, params: DetailParams) -> tuple[NDArray[np.uint8], fl
     is_speck[0] = False  # the background
     specks = is_speck[labels]
     state = np.where(occupied & ~specks, WALL, np.where(free | specks, FREE, UNKNOWN)).astype(np.uint8)
-    offset = params.margin_cells - 0.5 + (0.5 - np.array([left, top], np.float64)) / factor
-    return state, factor, offset
+    return state, factor, shrunk_offset(bounds, factor, params.margin_cells)
 
 
 def _faces(
@@ -138,6 +137,8 @@ def _faces(
     front, back = sides
     points = np.concatenate([points[front], points[back]])
     normals = np.concatenate([normals[front], normals[back] + math.pi])
+    order = by_radius(points)
+    points, normals = points[order], normals[order]
     return Faces(points, _is_long(points, normals, angle, working_cell, params))
 
 

@@ -22,6 +22,7 @@ from rectmerge.rectangles import maximal_rectangles
 from rectmerge.robust.params import FaceParams, PrepareParams
 
 QUARTER_TURN_DEG = 90
+ROUNDED_CELLS = 1e-6  # what rounding moves a distance by is less
 
 Cells = NDArray[np.int32]
 
@@ -140,8 +141,9 @@ def _shrunk(
     wall = (n_surface > 0) & beside_free & occupied
     if not wall.any():
         return None, 0.0
-    offset = params.margin_cells - 0.5 + (0.5 - np.array([bounds[2], bounds[0]], np.float64)) / factor
+    offset = shrunk_offset(bounds, factor, params.margin_cells)
     surface = np.stack([sum_u[wall], sum_v[wall]], axis=1) / n_surface[wall][:, None]  # (N, 2) in the map's pixels
+    surface = surface[by_radius(surface)]
     distance = distance_to(wall)
     clearance = cv2.distanceTransform(free.view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_3)
     known = free | occupied
@@ -169,18 +171,40 @@ def shrink(cells: MapCells, bounds: tuple[int, int, int, int], factor: float) ->
     factor
         Cells of the map per working cell, each way; >= 1.
     """
-    sides = (bounds[1] - bounds[0] + 1, bounds[3] - bounds[2] + 1)
-    rows, cols = (_working_ends(side, factor) for side in sides)
+    (row_start, rows), (col_start, cols) = (_working_ends(side, factor) for side in _sides(bounds))
     shape = (len(rows) - 1, len(cols) - 1)
-    walls = count_walls(cells.rows, cells.cols, cells.kinds, bounds, factor, shape)
+    walls = count_walls(cells.rows, cells.cols, cells.kinds, bounds, factor, (row_start, col_start), shape)
     return cells.free_counts(rows + bounds[0], cols + bounds[2]) + walls[0], *walls[1:]
 
 
-def _working_ends(side: int, factor: float) -> NDArray[np.intp]:
-    """Return the cells at which the working cells along a side begin, and the side's end."""
+def shrunk_offset(bounds: tuple[int, int, int, int], factor: float, margin_cells: int) -> NDArray[np.float64]:
+    """Return the offset of a grid that `shrink` made and a margin surrounds: pixel p is at ``p / factor + offset``."""
+    starts = np.array([_working_ends(side, factor)[0] for side in _sides(bounds)[::-1]])
+    return margin_cells - 0.5 + (0.5 + starts - np.array([bounds[2], bounds[0]], np.float64)) / factor
+
+
+def by_radius(points: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Order points by the distance from their centroid, shape (N,).
+
+    Samples of the points in this order are the same however the map is turned, mirrored or cut to what is known.
+    """
+    radii = np.hypot(*(points - points.mean(axis=0)).T) if len(points) else np.empty(0)
+    return np.argsort(np.rint(radii / ROUNDED_CELLS), kind="stable")
+
+
+def _sides(bounds: tuple[int, int, int, int]) -> tuple[int, int]:
+    return bounds[1] - bounds[0] + 1, bounds[3] - bounds[2] + 1
+
+
+def _working_ends(side: int, factor: float) -> tuple[float, NDArray[np.intp]]:
+    """Divide a side into working cells about its middle: return how far they begin before it, and where each begins.
+
+    The last of these is the side's end. About the middle, a map turned or mirrored is divided alike.
+    """
     count = math.ceil(side / factor)
-    working = np.minimum(count - 1, ((np.arange(side) + 0.5) / factor).astype(np.intp))
-    return np.searchsorted(working, np.arange(count + 1))
+    start = (count * factor - side) / 2
+    working = np.minimum(count - 1, ((np.arange(side) + 0.5 + start) / factor).astype(np.intp))
+    return start, np.searchsorted(working, np.arange(count + 1))
 
 
 def dominant_angles(features: Features, params: PrepareParams) -> list[tuple[float, float]]:

@@ -110,7 +110,8 @@ class WallLikelihood:
 def _bent_sums(
     placements: NDArray[np.float64], walls: NDArray[np.float32], field: NDArray[np.int32], params: RankParams
 ) -> NDArray[np.float64]:
-    columns, rows = np.floor(walls / params.block_cells).astype(np.int64)
+    blocks = np.rint((walls - walls.mean(axis=1, keepdims=True)) / params.block_cells).astype(np.int64)
+    columns, rows = blocks - blocks.min(axis=1, keepdims=True)
     block = columns * (rows.max() + 1) + rows
     order = np.argsort(block, kind="stable")
     starts = np.concatenate([[0], np.flatnonzero(np.diff(block[order])) + 1, [len(block)]])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from rectmerge._kernels.fitting import fit_to_fields, fit_to_surfaces, set_equat
 from rectmerge._kernels.placements import invert
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.grid import OccupancyGrid
-from rectmerge.robust.features import Features
+from rectmerge.robust.features import Features, by_radius
 from rectmerge.robust.params import ExactParams
 from rectmerge.similarity import Similarity
 
@@ -59,7 +60,7 @@ def to_working(pixels: Similarity, a: Features, b: Features) -> NDArray[np.float
     return np.array([linear[0, 0], linear[1, 0], *shift])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Surface:
     """Wall surface of a map at full resolution.
 
@@ -69,24 +70,33 @@ class Surface:
         Shape (N, 4): (u, v) of each occupied cell beside free space, and the normal into that space.
     index
         Shape (H, W), int32: row in `cells`, -1 elsewhere.
+    known
+        Shape (H, W): cells that are not unknown.
     """
 
     cells: NDArray[np.float64]
     index: NDArray[np.int32]
+    known: NDArray[np.bool_]
 
     @classmethod
     def from_cells(cls, cells: MapCells) -> Surface:
         """Take the wall cells that have a normal into free space."""
         faces = cells.normals.any(axis=1)
-        rows, cols = cells.rows[faces], cells.cols[faces]
+        surface = np.column_stack([cells.cols[faces], cells.rows[faces], cells.normals[faces]])
+        surface = np.ascontiguousarray(surface[by_radius(surface[:, :2])])
+        cols, rows = surface[:, :2].astype(np.intp).T
         index = np.full(cells.values.shape, -1, np.int32)
         index[rows, cols] = np.arange(len(rows))
-        return cls(np.column_stack([cols, rows, cells.normals[faces]]), index)
+        return cls(surface, index, cells.values >= 0)
 
-    def seen_by(
-        self, placement: NDArray[np.float64], shape: tuple[int, int], most: int, looked_at: int
-    ) -> NDArray[np.float64]:
-        """Return about `most` evenly spaced surface cells that a placement puts inside a map of a shape.
+    @cached_property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Least u and v, and greatest, of the cells."""
+        at = self.cells[:, :2] if len(self.cells) else np.zeros((1, 2))
+        return (*at.min(axis=0).tolist(), *at.max(axis=0).tolist())
+
+    def seen_by(self, placement: NDArray[np.float64], other: Surface, most: int, looked_at: int) -> NDArray[np.float64]:
+        """Return about `most` evenly spaced surface cells that a placement puts within the bounds of another surface.
 
         Of the surface, `looked_at` times as many cells are tried.
         """
@@ -94,7 +104,8 @@ class Surface:
         cells = self.cells[:: -(-len(self.cells) // (looked_at * most)) or 1]
         u, v = cells[:, 0], cells[:, 1]
         x, y = a * u - b * v + tx, b * u + a * v + ty
-        inside = cells[(x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])]
+        left, top, right, bottom = other.bounds
+        inside = cells[(x >= left) & (y >= top) & (x <= right) & (y <= bottom)]
         spaced: NDArray[np.float64] = inside[:: -(-len(inside) // most) or 1]
         return spaced
 
@@ -158,11 +169,12 @@ def fit_surfaces(
     no single similarity is exact there.
     """
     back = invert(placement[None])[0]
-    points_b = np.ascontiguousarray(b.seen_by(placement, a.index.shape, points, params.looked_at))
-    points_a = np.ascontiguousarray(a.seen_by(back, b.index.shape, points, params.looked_at))
+    points_b = np.ascontiguousarray(b.seen_by(placement, a, points, params.looked_at))
+    points_a = np.ascontiguousarray(a.seen_by(back, b, points, params.looked_at))
     start = tuple(placement.tolist())
     fitted, normal, square, matched, inside = fit_to_surfaces(
-        start, points_b, a.index, a.cells, points_a, b.index, b.cells, np.array(params.reaches_cells), scale_bounds,
+        start, points_b, a.index, a.cells, a.known, points_a, b.index, b.cells, b.known,
+        np.array(params.reaches_cells), scale_bounds,
         np.array(params.strides), params.min_matched_share / 2,
     )  # fmt: skip
     share = matched / max(1, inside)
@@ -170,7 +182,7 @@ def fit_surfaces(
     if share < params.min_matched_share:  # the covariance is measured where the placement stays
         exact = placement
         squares, partners, _ = set_equations(
-            normal, np.zeros(4), start, points_b, a.index, a.cells, points_a, b.index, b.cells,
+            normal, np.zeros(4), start, points_b, a.index, a.cells, a.known, points_a, b.index, b.cells, b.known,
             params.reaches_cells[-1], 1,
         )  # fmt: skip
         square = squares / max(1, partners)

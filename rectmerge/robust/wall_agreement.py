@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 from rectmerge._kernels.code_counts import count_codes
 from rectmerge._kernels.placements import add_scores, invert
 from rectmerge.analysis.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
-from rectmerge.analysis.overlap import cells_of
 from rectmerge.analysis.wall_faces import EIGHTH, WallFaces
 from rectmerge.robust.contradictions import measure
 from rectmerge.robust.detailed_map import DetailedMap
@@ -104,7 +104,7 @@ class AgreementScorer:
         self._a, self._b = a, b
         self._faces, self._params = params.faces, params.rank
         self._on_a = a.faces(self._angle, params.faces)
-        self._floor = np.ascontiguousarray(cells_of(b.free, params.rank.max_free_samples)[:, ::-1].T, np.float32)
+        self._floor = _floor_sample(b.free, params.rank.max_free_samples)
 
     def score(self, placements: NDArray[np.float64]) -> Agreements:
         """Score placements, rows (a, b, tx, ty) between the working grids."""
@@ -188,6 +188,14 @@ def _beyond(counts: NDArray[np.float64], cells: float) -> NDArray[np.float64]:
     """Sum the counts of distances from an edge of bins on, shape (N,)."""
     sums: NDArray[np.float64] = counts[:, int(np.searchsorted(EDGES_CELLS, cells)) : BINS].sum(axis=1)
     return sums
+
+
+def _floor_sample(free: NDArray[np.bool_], most: int) -> NDArray[np.float32]:
+    """Return about `most` free cells on a lattice about the middle, shape (2, N): the same ones of a turned map."""
+    step = math.ceil(math.sqrt(np.count_nonzero(free) / most)) or 1
+    rows, cols = (np.flatnonzero(np.abs(2 * np.arange(side) - (side - 1)) // 2 % step == 0) for side in free.shape)
+    v, u = np.nonzero(free[np.ix_(rows, cols)])
+    return np.stack([cols[u], rows[v]]).astype(np.float32)
 
 
 def _kinds(sides: WallFaces) -> NDArray[np.uint8]:

@@ -22,7 +22,7 @@ STRUCTURAL = {
     "face_score.py": {
         "STEPS_PER_NAT", "POOLED_CELLS", "PADDING", "LEVELS", "ZERO", "UNBOUNDED", "_NOTHING",
     },
-    "features.py": {"QUARTER_TURN_DEG"},
+    "features.py": {"QUARTER_TURN_DEG", "ROUNDED_CELLS"},
     "likelihood.py": {"STEPS_PER_NAT"},
     "verdict.py": {"NO_AGREEMENT"},
     "wall_agreement.py": {"CODES", "LONG", "CLUTTER"},
@@ -82,7 +82,7 @@ def test_a_count_below_one_and_a_length_of_nothing_are_refused():
         ("robust.confidence.rigid", "1,2", "11 values"),
         ("robust.confidence.bent", "1", "6 values"),
         ("robust.rank.spreads_cells", "1,2", "3 values"),
-        ("robust.exact.strides", "1,1", "5 values"),
+        ("robust.exact.strides", "1,1", "9 values"),
         ("robust.rank.outliers", "0.05,0.15,2", "at most 1"),
         ("robust.verdict.accept_at", "7", "at most 1"),
         ("robust.rank.near_cells", "1", "matched_cells < near_cells < contradicted_cells"),
