@@ -8,23 +8,26 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge._kernels.correlating import highest_peaks, sum_products
 from rectmerge.analysis.distance_codes import ON_BORDER
 from rectmerge.analysis.wall_faces import WallFaces
+from rectmerge.robust.correlation_params import CorrelateParams
 from rectmerge.robust.likelihood import WallNoise, face_gains
-from rectmerge.robust.params import CorrelateParams, GainParams
+from rectmerge.robust.params import GainParams
 
 QUARTER_TURNS = (np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]]), -np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]]))
 Image = NDArray[np.float32]
+Spectra = NDArray[np.complex64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class _Raster:
     """Map in its orthogonal frame: walls and gains by normal, and the transform of its working cells.
 
@@ -42,14 +45,13 @@ class _Raster:
     shift: NDArray[np.float64]
 
     @classmethod
-    def from_faces(cls, sides: WallFaces, scale: float, params: CorrelateParams, gain: GainParams) -> _Raster:
-        """Turn a map upright and shrink it by a scale, correlated cells per working cell."""
+    def from_faces(cls, sides: WallFaces, scale: float, table: Image) -> _Raster:
+        """Turn a map upright and shrink it by a scale, correlated cells per working cell; `table` has its gains."""
         height, width = sides.free.shape
         cos, sin = math.cos(sides.angle), math.sin(sides.angle)
         linear = scale * np.array([[cos, sin], [-sin, cos]])
         size = np.ceil(np.abs(linear) @ [width, height]).astype(int) + 2
         shift = (size - 1) / 2 - linear @ [(width - 1) / 2, (height - 1) / 2]
-        table = face_gains(sides, WallNoise((params.spread_cells / scale,), params.outliers), gain)
         walls = np.zeros((4, size[1], size[0]), np.float32)
         gains = np.empty_like(walls)
         # written out: a product of so slender matrices wakes threads that wait for each other on a busy machine
@@ -65,6 +67,11 @@ class _Raster:
             walls[k] = np.bincount(at[sides.faces[:, k]], minlength=walls[k].size).reshape(walls[k].shape)
         return cls(walls, gains, linear, shift)
 
+    @functools.cached_property
+    def back(self) -> NDArray[np.float64]:
+        """Takes what `linear` gives back to working cells."""
+        return np.asarray(np.linalg.inv(self.linear), np.float64)
+
     @property
     def size(self) -> tuple[int, int]:
         return self.walls.shape[2], self.walls.shape[1]
@@ -77,20 +84,28 @@ def scales_within(bounds: tuple[float, float], step: float) -> NDArray[np.float6
 
 
 def correlate(
-    a: WallFaces, b: WallFaces, scales: Iterable[float], params: CorrelateParams, gain: GainParams, *, max_shifts: int
+    a: WallFaces,
+    frames_b: Sequence[WallFaces],
+    scales: Iterable[float],
+    params: CorrelateParams,
+    gain: GainParams,
+    *,
+    max_shifts: int,
 ) -> tuple[NDArray[np.float64], Image]:
-    """Find the best shifts of B on A for each scale and quarter turn.
+    """Find the best shifts of B on A for each scale, frame of B and quarter turn.
 
     Parameters
     ----------
-    a, b
-        Both maps, in the frames that are laid on each other.
+    a
+        The map that stays, in the frame that others are laid on.
+    frames_b
+        The other map, in each of its frames that is laid on A's.
     scales
         Of the working grids, cells of A per cell of B.
     params, gain
         Parameters of the correlation, and of the gain of a wall point.
     max_shifts
-        Shifts kept of each scale and quarter turn.
+        Shifts kept of each scale, frame and quarter turn.
 
     Returns
     -------
@@ -99,67 +114,77 @@ def correlate(
         scale, wall points count by the coarser map's cells.
     """
     base = max(params.cell_cells, math.hypot(*a.free.shape) / params.max_diagonal_cells)
-    raster_of_a = functools.lru_cache(maxsize=1)(lambda cell: _Raster.from_faces(a, 1 / cell, params, gain))
+
+    @functools.lru_cache(maxsize=1)
+    def drawn_a(cell: float) -> _Raster:
+        return _Raster.from_faces(a, 1 / cell, face_gains(a, _noise(cell, params), gain))
+
+    @functools.lru_cache(maxsize=1)
+    def spectra_of_a(cell: float, side: int) -> Spectra:
+        return _spectra(drawn_a(cell).gains, drawn_a(cell).walls, side)
+
     placements, gains = [], []
     for scale in scales:
         cell = base * max(1.0, scale)  # what the coarser map shows is enough
-        on_a, on_b = raster_of_a(cell), _Raster.from_faces(b, scale / cell, params, gain)
-        side = cv2.getOptimalDFTSize(max(on_a.size) + max(on_b.size))
-        spectra_a = _spectra(on_a.gains, on_a.walls, side)
-        spectra_b = _spectra(on_b.walls * min(1.0, scale), on_b.gains * min(1.0, 1 / scale), side)
-        for quarter, turn in enumerate(QUARTER_TURNS):
-            at, peak = _peaks(_correlated(spectra_a, spectra_b, quarter), max_shifts)
-            placements.append(_placements(at, on_a, on_b, turn, side))
-            gains.append(peak)
-            spectra_b = [_turned(spectrum) for spectrum in spectra_b]
+        noise = _noise(cell / scale, params)
+        counted = {id(b.counts): b for b in frames_b}  # frames of eight ways share the counts of two
+        tables = {key: face_gains(b, noise, gain) for key, b in counted.items()}
+        frames = [_Raster.from_faces(b, scale / cell, tables[id(b.counts)]) for b in frames_b]
+        side = cv2.getOptimalDFTSize(max(drawn_a(cell).size) + max(max(on_b.size) for on_b in frames))
+        spectra_a = spectra_of_a(cell, side)
+        for on_b in frames:
+            spectra_b = _spectra(on_b.walls * min(1.0, scale), on_b.gains * min(1.0, 1 / scale), side)
+            for quarter, scores in enumerate(_correlated(spectra_a, spectra_b)):
+                at, peak = _peaks(scores, max_shifts)
+                placements.append(_placements(at, drawn_a(cell), on_b, quarter, side))
+                gains.append(peak)
     return np.concatenate(placements), np.concatenate(gains)
 
 
-def _spectra(real: Image, imaginary: Image, side: int) -> list[Image]:
-    """Transform four pairs of images, each pair packed as one complex image of a square."""
-    spectra = []
-    for one, two in zip(real, imaginary, strict=True):
-        packed = np.zeros((side, side, 2), np.float32)
-        packed[: one.shape[0], : one.shape[1], 0] = one
-        packed[: two.shape[0], : two.shape[1], 1] = two
-        spectra.append(np.asarray(cv2.dft(packed), np.float32))
-    return spectra
+def _noise(cell: float, params: CorrelateParams) -> WallNoise:
+    """Return the noise of the walls on a grid whose correlated cells have a width, in working cells."""
+    return WallNoise((params.spread_cells * cell,), params.outliers)
 
 
-def _turned(spectrum: Image) -> Image:
-    """Turn a square's spectrum as if its image had been turned by a quarter, from u towards v, about its first cell."""
-    return np.asarray(cv2.transpose(np.concatenate([spectrum[:1], spectrum[:0:-1]])), np.float32)
+def _spectra(real: Image, imaginary: Image, side: int) -> Spectra:
+    """Transform four pairs of images, each pair packed as one complex image of a square, shape (4, side, side)."""
+    spectra = np.zeros((len(real), side, side, 2), np.float32)
+    for k, (one, two) in enumerate(zip(real, imaginary, strict=True)):
+        spectra[k, : one.shape[0], : one.shape[1], 0] = one
+        spectra[k, : two.shape[0], : two.shape[1], 1] = two
+        spectra[k] = cv2.dft(spectra[k])
+    return spectra.view(np.complex64)[..., 0]
 
 
-def _correlated(spectra_a: list[Image], spectra_b: list[Image], quarter: int) -> Image:
-    """Correlate all four ways at once: the real part sums A's gains at B's walls and B's gains at A's walls."""
-    products = [
-        cv2.mulSpectrums(spectra_a[(k + quarter) % 4], spectrum, 0, conjB=True) for k, spectrum in enumerate(spectra_b)
-    ]
-    total = products[0] + products[1] + products[2] + products[3]
-    return np.ascontiguousarray(cv2.dft(total, flags=cv2.DFT_INVERSE | cv2.DFT_SCALE)[..., 0])
+def _correlated(spectra_a: Spectra, spectra_b: Spectra) -> Iterator[Image]:
+    """Correlate all four normals at once, A's gains at B's walls and B's at A's, for each quarter turn of B.
+
+    Turning an image by a quarter, from u towards v about its first cell, turns its spectrum alike.
+    """
+    across = np.ascontiguousarray(spectra_b.transpose(0, 2, 1))
+    total = np.empty(spectra_a.shape[1:], np.complex64)
+    turned = (spectra_b, False, False), (across, False, True), (spectra_b, True, True), (across, True, False)
+    for quarter, (spectra, turns_rows, turns_cols) in enumerate(turned):
+        sum_products(spectra_a, spectra, quarter, turns_rows, turns_cols, total)
+        image = cv2.dft(total.view(np.float32).reshape(*total.shape, 2), flags=cv2.DFT_INVERSE | cv2.DFT_SCALE)
+        yield np.ascontiguousarray(image[..., 0])
 
 
 def _peaks(scores: Image, most: int) -> tuple[NDArray[np.float64], Image]:
     """Find the highest local maxima, (N, 2) as (u, v), and their values."""
-    cells = np.flatnonzero(scores >= cv2.dilate(scores, np.ones((3, 3), np.uint8)))
-    values = scores.ravel()[cells]
-    if len(values) > most:
-        high = values >= np.partition(values, -most)[-most]
-        cells, values = cells[high], values[high]
-    best = np.argsort(-values, kind="stable")[:most]
-    v, u = np.divmod(cells[best], scores.shape[1])
-    return np.stack([u, v], axis=1).astype(np.float64), values[best]
+    cells, values = np.empty(most, np.int64), np.empty(most, np.float32)
+    count = highest_peaks(scores, cells, values)
+    v, u = np.divmod(cells[:count], scores.shape[1])
+    return np.stack([u, v], axis=1).astype(np.float64), values[:count]
 
 
-def _placements(
-    at: NDArray[np.float64], on_a: _Raster, on_b: _Raster, turn: NDArray[np.float64], side: int
-) -> NDArray[np.float64]:
+def _placements(at: NDArray[np.float64], on_a: _Raster, on_b: _Raster, quarter: int, side: int) -> NDArray[np.float64]:
     """Turn shifts between rasters, known modulo the side, into placements between the working grids."""
-    corners = np.array([[x, y] for x in (0, on_b.size[0]) for y in (0, on_b.size[1])]) @ turn.T
-    least = -corners.max(axis=0)
+    turn, size = QUARTER_TURNS[quarter], np.array(on_b.size)
+    least = -np.maximum(0.0, turn @ size)  # B's corners are at no more
     at = (at - least) % side + least
-    back = np.linalg.inv(on_a.linear)
-    linear = back @ turn @ on_b.linear
-    shifts = (at + turn @ on_b.shift - on_a.shift) @ back.T  # (N, 2)
-    return np.column_stack([np.broadcast_to(linear[:, 0], shifts.shape), shifts])
+    linear = on_a.back @ turn @ on_b.linear
+    shifts = (at + turn @ on_b.shift - on_a.shift) @ on_a.back.T  # (N, 2)
+    placements = np.empty((len(at), 4))
+    placements[:, :2], placements[:, 2:] = linear[:, 0], shifts
+    return placements

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 from rectmerge.declaration import CALIBRATED, HAND, LAYOUT, Group, ablation, param
 from rectmerge.errors import InputError
+from rectmerge.robust.correlation_params import AllRoundParams, CorrelateParams
 from rectmerge.robust.detail_params import ContradictParams, DetailParams
 
 HELD_BACK_GAIN = (
@@ -99,22 +100,6 @@ class ProposeParams(Group):
     same_fit_cells: float = param(3.0, "cells", HAND)  # refined ones
     weak_contrast: float = param(0.6, "contrast", HAND)  # below it, frames all round are tried
     all_round_step_deg: int = param(5, "degrees", LAYOUT)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CorrelateParams(Group):
-    """Correlation of the faces of both maps over every shift."""
-
-    cell_cells: float = param(3.0, "cells", LAYOUT)  # working cells per correlated cell
-    max_diagonal_cells: float = param(90.0, "correlated cells", LAYOUT, most=1000)  # larger maps take larger cells
-    spread_cells: float = param(1.0, "correlated cells", HAND)
-    outliers: float = param(0.03, "share", HAND)
-    scale_step: float = param(0.04, "log scale", HAND, least=0.001)
-    shifts_per_scale: int = param(8, "placements", LAYOUT)  # kept of each scale and quarter turn
-    max_correlation_fits: int = param(48, "placements", LAYOUT, most=100_000)  # refined
-    rival_shifts: int = param(5, "placements", ablation("rivals at the same scale"))  # kept of each quarter turn
-    max_rival_fits: int = param(20, "placements", LAYOUT, most=100_000)  # refined
-    reaches_cells: tuple[float, ...] = param((8.0, 6.0, 6.0, 4.0, 4.0, 3.0, 3.0, 2.0, 2.0), "cells", HAND)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -230,7 +215,7 @@ class VerdictParams(Group):
     max_slack_cells: float = param(4.0, "map cells", HAND)  # a placement that slides further is even odds at most
     mirrored_by: float = param(3.0, "log-odds", HAND)  # by which the mirror image fits better in mirrored maps
     least_overlap: float = param(0.14, "share of the smaller free area", "hand: no related pair of the fit has less")
-    accept_little_at: float = param(0.97, "probability", HAND)  # asked below that overlap
+    accept_little_at: float = param(0.95, "probability", HAND)  # asked below that overlap
 
     def asked_of(self, overlap: float) -> float:
         """Return the probability from which a placement is accepted, by its overlap."""
@@ -285,6 +270,7 @@ class Params(Group):
     gain: GainParams = dataclasses.field(default_factory=GainParams)
     propose: ProposeParams = dataclasses.field(default_factory=ProposeParams)
     correlate: CorrelateParams = dataclasses.field(default_factory=CorrelateParams)
+    all_round: AllRoundParams = dataclasses.field(default_factory=AllRoundParams)
     rank: RankParams = dataclasses.field(default_factory=RankParams)
     detail: DetailParams = dataclasses.field(default_factory=DetailParams)
     contradict: ContradictParams = dataclasses.field(default_factory=ContradictParams)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.analysis.wall_faces import WallFaces
 from rectmerge.robust.correlation import correlate, scales_within
-from rectmerge.robust.features import Frame
+from rectmerge.robust.correlation_params import CorrelateParams
+from rectmerge.robust.features import QUARTER_TURN_DEG, Frame
 from rectmerge.robust.hypotheses import propose
 from rectmerge.robust.likelihood import WallLikelihood, WallNoise
 from rectmerge.robust.working_pair import WorkingPair
@@ -32,9 +34,29 @@ def propose_by_correlation(
     if not pair.params.propose.use_correlation:
         return np.empty((0, 4))
     faces_b = [pair.b.faces(angle, pair.params.faces) for angle in angles_b]
-    frames = [(pair.a.faces(angle, pair.params.faces), on_b) for angle in angles_a for on_b in faces_b]
+    frames = [(pair.a.faces(angle, pair.params.faces), faces_b) for angle in angles_a]
     scales = scales_within(pair.scale_bounds, params.scale_step)
     return _best_shifts(pair, frames, scales, params.shifts_per_scale, params.max_correlation_fits)
+
+
+def propose_all_round(pair: WorkingPair) -> NDArray[np.float64]:
+    """Refine the best of all shifts at angles all round, on coarse grids, shape (N, 4).
+
+    Directions in which walls pile up say nothing in round buildings, and in buildings of several wings those of one map
+    may be of another wing than those of the other.
+    """
+    params = pair.params.all_round
+    coarse = replace(
+        pair.params.correlate,
+        cell_cells=params.cell_cells,
+        max_diagonal_cells=params.max_diagonal_cells,
+        spread_cells=params.spread_cells,
+    )
+    turns = np.radians(np.arange(params.turn_step_deg, QUARTER_TURN_DEG, params.turn_step_deg))
+    between = pair.angle - pair.angle_b  # of the strongest directions, which were tried before
+    frames = [(pair.a.faces(pair.angle, pair.params.faces), [pair.faces_of_b(between + turn) for turn in turns])]
+    scales = scales_within(pair.scale_bounds, params.scale_step)
+    return _best_shifts(pair, frames, scales, params.shifts_per_scale, params.max_fits, coarse)
 
 
 def propose_rivals(pair: WorkingPair, placement: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -43,8 +65,8 @@ def propose_rivals(pair: WorkingPair, placement: NDArray[np.float64]) -> NDArray
     if not pair.params.propose.use_rivals:
         return np.empty((0, 4))
     turn, scale = math.atan2(placement[1], placement[0]), math.hypot(placement[0], placement[1])
-    frames = pair.a.faces(pair.angle, pair.params.faces), pair.faces_of_b(turn)
-    return _best_shifts(pair, [frames], np.array([scale]), params.rival_shifts, params.max_rival_fits)
+    frames = [(pair.a.faces(pair.angle, pair.params.faces), [pair.faces_of_b(turn)])]
+    return _best_shifts(pair, frames, np.array([scale]), params.rival_shifts, params.max_rival_fits)
 
 
 def propose_near(pair: WorkingPair, starts: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -75,13 +97,14 @@ def _refined(pair: WorkingPair, likelihood: WallLikelihood, hypotheses: NDArray[
 
 def _best_shifts(
     pair: WorkingPair,
-    frames: Sequence[tuple[WallFaces, WallFaces]],
+    frames: Sequence[tuple[WallFaces, Sequence[WallFaces]]],
     scales: NDArray[np.float64],
     max_shifts: int,
     max_fits: int,
+    params: CorrelateParams | None = None,
 ) -> NDArray[np.float64]:
     """Correlate maps in pairs of frames, and refine the best, distinct placements."""
-    params, propose_params = pair.params.correlate, pair.params.propose
+    params, propose_params = params or pair.params.correlate, pair.params.propose
     peaks = [correlate(on_a, on_b, scales, params, pair.params.gain, max_shifts=max_shifts) for on_a, on_b in frames]
     placements, gains = (np.concatenate(parts) for parts in zip(*peaks, strict=True))
     placements = _best(placements, gains, len(gains))

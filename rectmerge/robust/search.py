@@ -9,7 +9,7 @@ import numpy as np
 
 from rectmerge.robust.features import QUARTER_TURN_DEG
 from rectmerge.robust.prepared_map import PreparedMap
-from rectmerge.robust.proposal import propose_by_correlation, propose_by_rectangles, propose_rivals
+from rectmerge.robust.proposal import propose_all_round, propose_by_correlation, propose_by_rectangles, propose_rivals
 from rectmerge.robust.ranking import Ranking, rank, rerank
 from rectmerge.robust.verdict import log_odds_of_rest, probability
 from rectmerge.robust.working_pair import WorkingPair
@@ -53,8 +53,11 @@ def search(pair: WorkingPair, fixed: PreparedMap, moving: PreparedMap, *, is_ful
     else:  # no direction dominates
         angles = np.radians(np.arange(0, QUARTER_TURN_DEG, params.all_round_step_deg))
         fits.append(propose_by_rectangles(pair, fixed.frames[:1], moving.frames_at([float(angle) for angle in angles])))
-    ranking = rerank(pair, ranking.concat(rank(pair, np.concatenate(fits))))
-    return Search(pair, challenge(pair, ranking), is_full=True)
+    ranking = challenge(pair, rerank(pair, ranking.concat(rank(pair, np.concatenate(fits)))))
+    if pair.params.all_round.is_used and not _convinces(pair, ranking):
+        all_round = rank(pair, propose_all_round(pair)).less(pair.params.all_round.cost)
+        ranking = challenge(pair, rerank(pair, ranking.concat(all_round)))
+    return Search(pair, ranking, is_full=True)
 
 
 def challenge(pair: WorkingPair, ranking: Ranking) -> Ranking:

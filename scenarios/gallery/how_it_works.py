@@ -169,7 +169,8 @@ def draw_shifts(shown: Explained) -> Picture:
     turn, size = float(score.given[0]), float(score.given[1])
     (height, width), beyond = shown.a.free.shape, math.ceil(shown.b.radius * math.exp(size))
     x, y = np.meshgrid(np.arange(-beyond, width + beyond), np.arange(-beyond, height + beyond))
-    peaks, _ = correlate(*shown.sides, [math.exp(size)], PARAMS.correlate, PARAMS.gain, max_shifts=PEAKS)
+    on_a, on_b = shown.sides
+    peaks, _ = correlate(on_a, [on_b], [math.exp(size)], PARAMS.correlate, PARAMS.gain, max_shifts=PEAKS)
     pictures, captions = [], []
     for quarter in range(4):
         at = np.column_stack([np.full((x.size, 2), (turn + quarter * QUARTER, size)), x.ravel(), y.ravel()])

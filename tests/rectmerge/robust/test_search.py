@@ -7,7 +7,7 @@ import pytest
 from rectmerge.analysis.overlap import measure_agreement
 from rectmerge.robust.features import dominant_angles, rectangles_in_frame
 from rectmerge.robust.params import Params
-from rectmerge.robust.proposal import propose_by_correlation, propose_by_rectangles, propose_rivals
+from rectmerge.robust.proposal import propose_all_round, propose_by_correlation, propose_by_rectangles, propose_rivals
 from rectmerge.robust.ranking import rank, rerank
 from rectmerge.robust.refinement import to_pixels
 from rectmerge.robust.wall_agreement import AgreementScorer
@@ -102,6 +102,16 @@ def test_every_shift_finds_the_truth_without_a_rectangle():
     ]
 
     ranking = rank(working, propose_by_correlation(working, *angles))
+
+    assert plans.is_right(as_similarity(to_pixels(ranking.placements[0], working.a, working.b)), a, b)
+
+
+@pytest.mark.parametrize("off", [0.0, 0.4])
+def test_angles_all_round_find_the_truth_whatever_the_strongest_direction(off):
+    a, b = pair(noise=1, cut=0.6)
+    working, _ = searched(a, b, bounds=(0.5, 2.0))
+
+    ranking = rank(working, propose_all_round(replace(working, angle=working.angle + off)))
 
     assert plans.is_right(as_similarity(to_pixels(ranking.placements[0], working.a, working.b)), a, b)
 
