@@ -115,7 +115,8 @@ class Alignment:
     scale
         The pixel scale.
     method_verdict
-        The method's own verdict, where `verdict` is another's; None where it is the method's.
+        The method's own verdict, where `verdict` is another's: the judge's, or that of the declared resolutions (see
+        `rectmerge.aligning.align`); None where it is the method's.
     checked
         The verdict of the judge to whom the answer was put (`rectmerge.judging.confirm`); None where it was not.
     quality

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from rectmerge.aligning import EXPECTED_WITHIN
+from rectmerge.aligning import DECLARED_WITHIN
 from rectmerge.alignment import right_resolutions
 from rectmerge.analysis.shared_area import SharedArea
 from rectmerge.elastic.transform import BentTransform
@@ -72,8 +72,8 @@ class Transform:
 
     @property
     def scale_fault(self) -> str:
-        """Reason why B's scale cannot be left out, and the remedy; empty where it is within 10 % of 1."""
-        if 1 / EXPECTED_WITHIN <= self.b_to_a.scale <= EXPECTED_WITHIN:
+        """Reason why B's scale cannot be left out, and the remedy; empty where it is within 15 % of 1."""
+        if 1 / DECLARED_WITHIN <= self.b_to_a.scale <= DECLARED_WITHIN:
             return ""
         scale = f"map B fits at a scale of {self.b_to_a.scale:.3g}"
         if self.unit_fault:
@@ -92,7 +92,7 @@ class Transform:
         ------
         InputError
             If the form is a line for TF, which is in metres, and a map is in cells; or the form has no scale, but B's
-            is more than 10 % off; or TF does not take the names of the frames.
+            is more than 15 % off; or TF does not take the names of the frames.
         """
         if form in ("ros1", "ros2") and self.unit_fault:
             raise InputError(f"TF is in metres: {self.unit_fault}")

@@ -50,6 +50,7 @@ PARAMS = Params()  # of the default method
 ZOOM = 2  # pixels of a picture per working cell
 DRAWN_RECTANGLES = 8
 PEAKS, RING_PX, WHITE = 5, 10, (255, 255, 255)
+MIN_RIVAL_OVERLAP = 0.1  # of the free space: a rival that is drawn meets some walls
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,6 +82,12 @@ class Explained:
     def best(self) -> Candidate:
         """The best candidate."""
         return self.alignment.candidates[0]
+
+    @property
+    def rival(self) -> Candidate:
+        """The best of the other candidates under which the maps meet; one of no overlap shows nothing."""
+        others = self.alignment.candidates[1:]
+        return next((each for each in others if each.overlap >= MIN_RIVAL_OVERLAP), others[0])
 
     @property
     def sides(self) -> tuple[WallFaces, WallFaces]:
@@ -186,7 +193,7 @@ def draw_shifts(shown: Explained) -> Picture:
 
 def draw_rivals(shown: Explained) -> Picture:
     """Draw the best placement and its strongest rival: matched and contradicted faces."""
-    best, rival = shown.alignment.candidates[:2]
+    best, rival = shown.best, shown.rival
     captions = [f"best placement: confidence {best.confidence:.2f}", f"strongest rival: {rival.confidence:.2f}"]
     return with_legend(side_by_side([draw_meetings(shown, each.pixels) for each in (best, rival)], captions), MEETINGS)
 

@@ -45,6 +45,7 @@ ABLATIONS = (
     Ablation(name="rectangle pairs that agree in both sides", fields={"propose.use_two_sided": False}),
     Ablation(name="removal of specks", fields={"prepare.max_speck_cells": 0, "prepare.max_speck_weight": 0}),
     Ablation(name="every shift, where rectangles do not convince", fields={"propose.use_correlation": False}),
+    Ablation(name="all angles", fields={"all_round.is_used": False}),
     Ablation(name="rivals at the same scale", fields={"propose.use_rivals": False}),
     Ablation(name="walls apart from things", fields={"faces.min_run_cells": 0.0}),
     Ablation(name="the model of rigid maps", fields={"confidence.use_rigid": False}),

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from rectmerge.aligning import align
+from rectmerge.aligning import align, searched_scale
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
@@ -18,16 +18,24 @@ class Scripted:
 
     name: str = "scripted"
     pixels: Similarity = field(default_factory=Similarity)
+    confidence: float | None = None  # drawn where it is None
+    least_width: float = 1.0  # factor between the bounds of a search that finds it
     asked: list[tuple[float, float]] = field(default_factory=list)
 
     def align(
         self, a: OccupancyGrid, b: OccupancyGrid, *, scale: tuple[float, float], rng: np.random.Generator
     ) -> Alignment:
         self.asked.append(scale)
-        if not scale[0] <= self.pixels.scale <= scale[1]:
+        if not scale[0] <= self.pixels.scale <= scale[1] or scale[1] / scale[0] < self.least_width:
             return Alignment(verdict="rejected", reason="nothing fits", method=self.name)
-        candidate = Candidate.from_pixels(self.pixels, a, b, confidence=rng.random())
-        return Alignment(verdict="accepted", reason="fits", method=self.name, candidates=(candidate,))
+        candidate = Candidate.from_pixels(self.pixels, a, b, confidence=self.confidence or rng.random())
+        return Alignment(
+            verdict="accepted",
+            reason="fits",
+            method=self.name,
+            candidates=(candidate,),
+            confidence=candidate.confidence,
+        )
 
 
 def test_auto_expects_the_ratio_of_the_resolutions():
@@ -35,7 +43,7 @@ def test_auto_expects_the_ratio_of_the_resolutions():
 
     alignment = align(drawing.building(resolution=0.05), drawing.building(resolution=0.10), method=solver)
 
-    assert solver.asked == [pytest.approx((2 / 1.1, 2.2))]
+    assert solver.asked == [pytest.approx((2 / 1.02, 2.04))]
     assert (alignment.scale.expected, alignment.scale.found, alignment.scale.source) == (2.0, 2.0, "resolution")
     assert alignment.unit == "m"
 
@@ -63,14 +71,57 @@ def test_a_scale_that_leaves_out_what_the_resolutions_tell_is_named_where_nothin
     assert align(a, b, method=Scripted(pixels=Similarity(9.0)), scale=(1.1, 1.5)).reason == "nothing fits"
 
 
-def test_auto_searches_freely_when_the_ratio_finds_nothing_and_says_so():
-    solver = Scripted(pixels=Similarity(1.5))
+@pytest.mark.parametrize(("confidence", "verdict"), [(0.96, "accepted"), (0.94, "ambiguous")])
+def test_beside_the_ratio_of_the_resolutions_an_answer_has_to_be_surer_and_names_both_numbers(confidence, verdict):
+    solver = Scripted(pixels=Similarity(1.11), confidence=confidence)
 
     alignment = align(drawing.building(resolution=0.05), drawing.building(resolution=0.05), method=solver)
 
-    assert alignment.scale.source == "search"
+    assert (alignment.verdict, alignment.scale.source) == (verdict, "search")
+    assert "the files' resolutions say 1.00, the walls 1.11" in alignment.reason
+    assert alignment.confidence == (confidence if verdict == "accepted" else 0.5)
+
+
+def test_far_from_the_ratio_of_the_resolutions_nothing_is_accepted_but_named_as_a_candidate():
+    solver = Scripted(pixels=Similarity(1.5), confidence=1.0)
+
+    alignment = align(drawing.building(resolution=0.05), drawing.building(resolution=0.05), method=solver)
+
+    assert (alignment.verdict, alignment.scale.source, alignment.confidence) == ("ambiguous", "search", 0.5)
+    assert alignment.method_verdict == "accepted"
+    assert alignment.candidates[0].pixels.scale == 1.5
+    assert alignment.candidates[0].confidence == 0.5
     assert "1.50 times" in alignment.reason
     assert "is one resolution wrong? B's would be 0.075 rather than 0.05, or A's 0.0333 rather than" in alignment.reason
+
+
+def test_a_search_that_knew_the_scale_has_the_last_word_on_what_fits_there():
+    refusing = Scripted(pixels=Similarity(1.0), confidence=1.0, least_width=2.0)
+
+    alignment = align(drawing.building(resolution=0.05), drawing.building(resolution=0.05), method=refusing)
+
+    assert (alignment.verdict, alignment.reason, alignment.scale.source) == ("rejected", "nothing fits", "resolution")
+    assert len(refusing.asked) == 2
+
+
+@pytest.mark.parametrize(("b", "bounds"), [(0.05, [(0.5, 2.0)]), (0.2, [(4 / 1.15, 4 * 1.15), (0.5, 2.0)])])
+def test_what_is_searched_where_the_resolutions_find_nothing(b, bounds):
+    solver = Scripted(pixels=Similarity(9.0))
+
+    align(drawing.building(resolution=0.05), drawing.building(resolution=b), method=solver)
+
+    assert solver.asked[1:] == [pytest.approx(each) for each in bounds]
+
+
+@pytest.mark.parametrize(("b", "found"), [(0.05, 1.0), (0.05, 1.5), (0.2, 4.4), (0.2, 1.0)])
+def test_the_searched_scale_of_a_report_holds_what_was_found(b, found):
+    alignment = align(
+        drawing.building(resolution=0.05), drawing.building(resolution=b), method=Scripted(pixels=Similarity(found))
+    )
+
+    low, high = searched_scale("auto", alignment.scale)
+
+    assert low <= found <= high
 
 
 def test_auto_keeps_the_refusal_when_a_free_search_finds_nothing_either():

@@ -115,7 +115,7 @@ def ten_times(tmp_path_factory):
     out = tmp_path_factory.mktemp("ten") / "out"
     maps = [drawing.DATA / f"building_{name}.yaml" for name in "ab"]
     with pytest.MonkeyPatch.context() as patch:
-        assert rectmerge(patch, "merge", *maps, "--resolution-b", 0.6, "-o", out) == 0
+        assert rectmerge(patch, "merge", *maps, "--resolution-b", 0.6, "--candidate", 1, "-o", out) == 0
     return out
 
 

@@ -8,9 +8,7 @@ from tests.test_docs import ROOT
 @pytest.mark.sim
 def test_the_truth_meets_walls_and_a_rival_contradicts_more():
     office = Explained.from_pair(office_pair())
-    best, rival = (
-        _share(draw_meetings(office, each.pixels), "wall matched") for each in office.alignment.candidates[:2]
-    )
+    best, rival = (_share(draw_meetings(office, each.pixels), "wall matched") for each in (office.best, office.rival))
 
     assert office.alignment.verdict == "accepted"
     assert best > 0.8 > rival
