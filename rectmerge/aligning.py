@@ -173,7 +173,8 @@ def _align(method: Method, a: OccupancyGrid, b: OccupancyGrid, scale: Scale, see
         if source == "resolution" and expected is not None:
             if alignment.verdict == "rejected":
                 alignment, source = _search_wider(method, a, b, alignment, expected, seed)
-            alignment = _beside_resolutions(alignment, expected, a, b)
+            is_judge = judges_itself(method) or isinstance(method, _HintedMethod)
+            alignment = _beside_resolutions(alignment, expected, a, b, is_judge=is_judge)
     if source == "given" and not alignment and expected is not None and not bounds[0] <= expected <= bounds[1]:
         note = f"the resolutions give a scale of {expected:.3g}, which was not searched"
         alignment = dataclasses.replace(alignment, reason=f"{alignment.reason}; {note}")
@@ -251,11 +252,13 @@ def _is_within(alignment: Alignment, expected: float, factor: float) -> bool:
     return 1 / factor <= alignment.candidates[0].pixels.scale / expected <= factor
 
 
-def _beside_resolutions(alignment: Alignment, expected: float, a: OccupancyGrid, b: OccupancyGrid) -> Alignment:
+def _beside_resolutions(
+    alignment: Alignment, expected: float, a: OccupancyGrid, b: OccupancyGrid, *, is_judge: bool
+) -> Alignment:
     """Return an answer as far as the resolutions allow it: beside them it has to be surer, far from them it is refused.
 
     Robots measure distances wrong by up to a tenth or so; beyond, one resolution is wrong, and which one a person has
-    to say.
+    to say. The answer of a method that is no judge gets the note alone: its judge is asked next.
     """
     if not alignment or _is_within(alignment, expected, EXPECTED_WITHIN):
         return alignment
@@ -265,8 +268,10 @@ def _beside_resolutions(alignment: Alignment, expected: float, a: OccupancyGrid,
         note = f"they fit at {found / expected:.2f} times the scale of their resolutions: is one resolution wrong?"
         if a.resolution is not None and b.resolution is not None:
             note = f"{note} {right_resolutions(a.resolution, b.resolution, found / expected)}"
-        return _doubted(alignment, f"{alignment.reason}; but {said}: {note}")
-    if alignment.confidence < SURE_BESIDE:
+        if is_judge:
+            return _doubted(alignment, f"{alignment.reason}; but {said}: {note}")
+        return dataclasses.replace(alignment, reason=f"{alignment.reason}; {said}: {note}")
+    if is_judge and alignment.confidence < SURE_BESIDE:
         asked = f"there {SURE_BESIDE:.0%} is asked, and the walls give {alignment.confidence:.0%}"
         return _doubted(alignment, f"{alignment.reason}; but {said}: {asked}; look at the overlay, or widen --scale")
     return dataclasses.replace(alignment, reason=f"{alignment.reason}; {said}")

@@ -147,14 +147,14 @@ class ConfidenceParams(Group):
     use_rigid: bool = param(True, "switch", ablation("the model of rigid maps"))
     use_bent: bool = param(True, "switch", ablation("the model of bent maps"))
     rigid: tuple[float, ...] = param(
-        (-3.44, 0.65, 0.0, -12.05, 2.16, -8.68, 2.72, -22.24, -25.11, -3.69, -5.51),
+        (-4.11, 0.66, 0.0, -10.7, 2.18, -9.34, 2.78, -15.17, -28.07, -1.96, -4.42),
         "log-odds per term",
         CALIBRATED,
         least=-math.inf,
         length=11,
     )
     bent: tuple[float, ...] = param(
-        (-3.67, 10.95, 0.95, -26.24, -2.01, 1.22), "log-odds per term", CALIBRATED, least=-math.inf, length=6
+        (-3.64, 11.16, 1.22, -28.11, -0.68, 0.97), "log-odds per term", CALIBRATED, least=-math.inf, length=6
     )
     min_overlap: float = param(0.03, "share", HAND)  # added before the logarithm
     min_matched_faces: float = param(20.0, "faces", HAND)  # added before the logarithm
@@ -209,7 +209,7 @@ class VerdictParams(Group):
     likely_at: float = param(0.5, "probability", HAND)  # below `accept_at`, and a placement is ambiguous all the same
     ambiguous_at: float = param(0.9, "probability", HAND)  # by the placement's own log-odds, whatever its rivals
     weights: tuple[float, ...] = param(
-        (-0.09, 0.25, 1.05), "log-odds: constant, per own, per lead", CALIBRATED, least=-math.inf, length=3
+        (0.01, 0.28, 1.21), "log-odds: constant, per own, per lead", CALIBRATED, least=-math.inf, length=3
     )
     chance_log_odds: float = param(-3.0, "log-odds", HAND, least=-math.inf)  # that chance reaches even without rivals
     bend_log_odds: float = param(1.0, "log-odds", HELD_BACK_GAIN, least=0)  # that unbending adds; 0: it is not tried

@@ -104,13 +104,14 @@ def best_candidate(row: Row, odds: OddsWeights) -> BestCandidate:
         rest_log_odds=float(log_odds_of_rest(log_odds)[best]),
         mirror_log_odds=-math.inf if mirror is None else mirror,
         is_held=evidence[best]["slack_cells"] <= VerdictParams().max_slack_cells and not evidence[best]["is_at_limit"],
+        overlap=evidence[best]["overlap"],
     )
 
 
 def outcome(best: BestCandidate, params: VerdictParams) -> str:
     """Judge a candidate: "right-accepted", "wrong-accepted" or "refused"."""
     confidence = probability(best.log_odds, best.rest_log_odds, best.mirror_log_odds, params)
-    if confidence < params.accept_at or not best.is_held:
+    if confidence < params.asked_of(best.overlap) or not best.is_held:
         return "refused"
     return "right-accepted" if best.grade in RIGHT else "wrong-accepted"
 

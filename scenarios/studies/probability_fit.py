@@ -25,6 +25,8 @@ class BestCandidate:
         As in `rectmerge.robust.verdict.Evidence`.
     is_held
         Whether the walls hold it, at a scale within bounds.
+    overlap
+        Share of the smaller free area.
     """
 
     grade: Grade
@@ -32,6 +34,7 @@ class BestCandidate:
     rest_log_odds: float
     mirror_log_odds: float
     is_held: bool
+    overlap: float = 1.0
 
 
 def fit_probability(

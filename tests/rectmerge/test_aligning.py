@@ -38,6 +38,14 @@ class Scripted:
         )
 
 
+@dataclass(frozen=True)
+class Judge(Scripted):
+    """Judges placements, so that its confidence is a probability."""
+
+    def align_by(self, hint, a, b, *, scale, rng):
+        return self.align(a, b, scale=scale, rng=rng)
+
+
 def test_auto_expects_the_ratio_of_the_resolutions():
     solver = Scripted(pixels=Similarity(2.0))
 
@@ -73,7 +81,7 @@ def test_a_scale_that_leaves_out_what_the_resolutions_tell_is_named_where_nothin
 
 @pytest.mark.parametrize(("confidence", "verdict"), [(0.96, "accepted"), (0.94, "ambiguous")])
 def test_beside_the_ratio_of_the_resolutions_an_answer_has_to_be_surer_and_names_both_numbers(confidence, verdict):
-    solver = Scripted(pixels=Similarity(1.11), confidence=confidence)
+    solver = Judge(pixels=Similarity(1.11), confidence=confidence)
 
     alignment = align(drawing.building(resolution=0.05), drawing.building(resolution=0.05), method=solver)
 
@@ -83,7 +91,7 @@ def test_beside_the_ratio_of_the_resolutions_an_answer_has_to_be_surer_and_names
 
 
 def test_far_from_the_ratio_of_the_resolutions_nothing_is_accepted_but_named_as_a_candidate():
-    solver = Scripted(pixels=Similarity(1.5), confidence=1.0)
+    solver = Judge(pixels=Similarity(1.5), confidence=1.0)
 
     alignment = align(drawing.building(resolution=0.05), drawing.building(resolution=0.05), method=solver)
 
@@ -93,6 +101,15 @@ def test_far_from_the_ratio_of_the_resolutions_nothing_is_accepted_but_named_as_
     assert alignment.candidates[0].confidence == 0.5
     assert "1.50 times" in alignment.reason
     assert "is one resolution wrong? B's would be 0.075 rather than 0.05, or A's 0.0333 rather than" in alignment.reason
+
+
+def test_a_method_that_is_no_judge_is_told_how_far_it_is_beside_the_resolutions_and_left_to_its_judge():
+    maps = drawing.building(resolution=0.05), drawing.building(resolution=0.05)
+
+    alignment = align(*maps, method=Scripted(pixels=Similarity(1.5), confidence=0.3))
+
+    assert (alignment.verdict, alignment.method_verdict, alignment.confidence) == ("accepted", None, 0.3)
+    assert "1.50 times" in alignment.reason
 
 
 def test_a_search_that_knew_the_scale_has_the_last_word_on_what_fits_there():
