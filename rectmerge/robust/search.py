@@ -38,7 +38,9 @@ class Search:
 
 
 def search(pair: WorkingPair, fixed: PreparedMap, moving: PreparedMap, *, is_full_allowed: bool = True) -> Search:
-    """Search by rectangles in the strongest orthogonal frames; where that does not convince, by every shift.
+    """Search by rectangles in the strongest orthogonal frames; then by every shift, and at angles all round.
+
+    A stage follows where those before it do not convince.
 
     Whatever the rectangles propose, the best has to hold against every shift and quarter turn at its own scale.
     """
