@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from rectmerge import methods
-from rectmerge.alignment import Alignment, Method, ScaleReport, ScaleSource, right_resolutions
-from rectmerge.derived import derived_kept
+from rectmerge.alignment import Alignment, Candidate, Method, ScaleReport, ScaleSource, right_resolutions
+from rectmerge.derived import derive, derived_kept
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid, known_part, map_frame_to_pixels
 from rectmerge.hints import ByHand, Guess, Hint, TakesHints
@@ -25,7 +25,8 @@ HAND_SCALE_FACTOR = 10.0  # by which a placement by hand may leave the bounds of
 MAX_SHIFT_CELLS = 1e9  # of a guess or a placement by hand
 EXPECTED_WITHIN = 1.02  # factor either way within which resolutions are trusted: in 34 of 35 pairs of real robots
 DECLARED_WITHIN = 1.15  # within which robots measure wrong; wheels of real robots are up to 12 % off
-SURE_BESIDE = 0.95  # confidence asked of what lies between the two
+SURE_BESIDE = 0.95  # confidence asked of what lies between the two; by hand
+DOUBTED = "is_beside_resolutions"  # in the evidence of a candidate that the resolutions do not allow
 Scale = Literal["auto", "free"] | tuple[float, float] | float
 
 
@@ -84,7 +85,7 @@ def align(
         if not all(abs(number) <= MAX_SHIFT_CELLS * max(1.0, a.cell_size) for number in guess):
             raise InputError(f"guess must be three finite numbers (x, y, yaw) near the maps, got {guess}")
         chosen = _with_hint(chosen, Guess(*guess))
-    parts = _without_frame(a), _without_frame(b)
+    parts = derive(a, _without_frame, lambda: _without_frame(a)), derive(b, _without_frame, lambda: _without_frame(b))
     alignment = _align(chosen, *parts, scale, seed)
     return alignment if parts == (a, b) else _on_whole_maps(alignment, a, b)
 
@@ -203,7 +204,7 @@ def _require_near(name: str, grid: OccupancyGrid) -> None:
 
 def searched_scale(scale: Scale, report: ScaleReport) -> tuple[float, float]:
     """Return the bounds of the pixel scale within which `align` searched, from its argument and its report."""
-    if report.source != "search":
+    if report.source != "search" or scale == "free":
         return _search_bounds(scale, report.expected)[0]
     near, *_ = [FREE_SCALE] if report.expected is None else _wider_bounds(report.expected)
     is_near = report.found is not None and near[0] <= report.found <= near[1]
@@ -237,7 +238,7 @@ def _search_wider(
     """
     for bounds in _wider_bounds(expected):
         alignment = method.align(a, b, scale=bounds, rng=np.random.default_rng(seed))
-        if alignment and not _is_within(alignment, expected, EXPECTED_WITHIN):
+        if alignment and not _is_near(alignment.candidates[0], expected, EXPECTED_WITHIN):
             return alignment, "search"
     return refused, "resolution"
 
@@ -248,8 +249,9 @@ def _wider_bounds(expected: float) -> list[tuple[float, float]]:
     return [FREE_SCALE] if FREE_SCALE[0] <= near[0] and near[1] <= FREE_SCALE[1] else [near, FREE_SCALE]
 
 
-def _is_within(alignment: Alignment, expected: float, factor: float) -> bool:
-    return 1 / factor <= alignment.candidates[0].pixels.scale / expected <= factor
+def _is_near(candidate: Candidate, expected: float, factor: float) -> bool:
+    """Test whether a candidate's scale is within a factor of the expected one, either way."""
+    return 1 / factor <= candidate.pixels.scale / expected <= factor
 
 
 def _beside_resolutions(
@@ -258,35 +260,40 @@ def _beside_resolutions(
     """Return an answer as far as the resolutions allow it: beside them it has to be surer, far from them it is refused.
 
     Robots measure distances wrong by up to a tenth or so; beyond, one resolution is wrong, and which one a person has
-    to say. The answer of a method that is no judge gets the note alone: its judge is asked next.
+    to say. The answer of a method that is no judge is left alone: its judge is asked next.
     """
-    if not alignment or _is_within(alignment, expected, EXPECTED_WITHIN):
+    if not (alignment and is_judge) or _is_near(alignment.candidates[0], expected, EXPECTED_WITHIN):
         return alignment
     found = alignment.candidates[0].pixels.scale
-    said = f"the files' resolutions say {expected:.2f}, the walls {found:.2f}"
-    if not _is_within(alignment, expected, DECLARED_WITHIN):
+    said = f"the files' resolutions say {expected:.4g}, the walls {found:.4g}"
+    if not _is_near(alignment.candidates[0], expected, DECLARED_WITHIN):
         note = f"they fit at {found / expected:.2f} times the scale of their resolutions: is one resolution wrong?"
         if a.resolution is not None and b.resolution is not None:
             note = f"{note} {right_resolutions(a.resolution, b.resolution, found / expected)}"
-        if is_judge:
-            return _doubted(alignment, f"{alignment.reason}; but {said}: {note}")
-        return dataclasses.replace(alignment, reason=f"{alignment.reason}; {said}: {note}")
-    if is_judge and alignment.confidence < SURE_BESIDE:
-        asked = f"there {SURE_BESIDE:.0%} is asked, and the walls give {alignment.confidence:.0%}"
-        return _doubted(alignment, f"{alignment.reason}; but {said}: {asked}; look at the overlay, or widen --scale")
+        return _doubted(alignment, expected, f"{alignment.reason}; but {said}: {note}")
+    if alignment.confidence < SURE_BESIDE:
+        asked = f"there {SURE_BESIDE:.0%} is asked, and the walls give {alignment.confidence:.1%}"
+        return _doubted(
+            alignment, expected, f"{alignment.reason}; but {said}: {asked}; look at the overlay, or widen --scale"
+        )
     return dataclasses.replace(alignment, reason=f"{alignment.reason}; {said}")
 
 
-def _doubted(alignment: Alignment, reason: str) -> Alignment:
-    """Return an accepted answer as a candidate, at even odds at most."""
-    best, *others = alignment.candidates
-    confidence = min(0.5, best.confidence)
-    candidates = dataclasses.replace(best, confidence=confidence), *others
+def _doubted(alignment: Alignment, expected: float, reason: str) -> Alignment:
+    """Return an accepted answer as candidates; those beside the resolutions have even odds at most."""
+
+    def doubt(candidate: Candidate) -> Candidate:
+        if _is_near(candidate, expected, EXPECTED_WITHIN):
+            return candidate
+        evidence = {**candidate.evidence, DOUBTED: 1.0}
+        return dataclasses.replace(candidate, confidence=min(0.5, candidate.confidence), evidence=evidence)
+
+    candidates = tuple(map(doubt, alignment.candidates))
     return dataclasses.replace(
         alignment,
         verdict="ambiguous",
         method_verdict=alignment.verdict,
         reason=reason,
         candidates=candidates,
-        confidence=confidence,
+        confidence=candidates[0].confidence,
     )

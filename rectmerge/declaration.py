@@ -48,6 +48,8 @@ class Group:
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):  # type: ignore[arg-type] # the groups are dataclasses
             value, least = getattr(self, field.name), field.metadata.get("least")
+            if isinstance(value, list):  # as JSON has them; parameters are compared and kept as keys
+                object.__setattr__(self, field.name, value := tuple(value))
             if isinstance(value, bool) or not isinstance(value, int | float | tuple):
                 continue
             numbers = value if isinstance(value, tuple) else (value,)

@@ -48,10 +48,8 @@ def derive(grid: OccupancyGrid, what: Hashable, make: Callable[[], Value]) -> Va
     kept = _kept.get()
     if kept is None:
         return make()
-    if (grid, what) not in kept:
-        kept[grid, what] = make()
-        while len(kept) > 1 and sum(each.occupancy.size for each, _ in kept) > MOST_CELLS_KEPT:
-            kept.popitem(last=False)
-    kept.move_to_end((grid, what))
-    value: Value = kept[grid, what]
+    value: Value = kept.pop((grid, what)) if (grid, what) in kept else make()
+    kept[grid, what] = value  # the last to go
+    while len(kept) > 1 and sum(each.occupancy.size for each, _ in kept) > MOST_CELLS_KEPT:
+        kept.popitem(last=False)
     return value

@@ -206,12 +206,13 @@ def add_surface(
     squares, matched, inside = 0.0, 0, 0
     for k in range(0, len(points), stride):
         x, y = a * points[k, 0] - b * points[k, 1] + tx, b * points[k, 0] + a * points[k, 1] + ty
-        if x < 0 or y < 0 or x >= width or y >= height:
+        u, v = math.floor(x + 0.5), math.floor(y + 0.5)
+        if u < 0 or v < 0 or u >= width or v >= height:
             continue
         nx, ny = cos * points[k, 2] - sin * points[k, 3], sin * points[k, 2] + cos * points[k, 3]
         at = nearest_facing(index, surface, x, y, nx, ny, reach)
         if at < 0:
-            inside += known[int(y), int(x)]
+            inside += known[v, u]
             continue
         inside += 1
         matched += 1

@@ -19,7 +19,7 @@ NORMALS = 4  # of the faces of an orthogonal frame
 class WallFaces:
     """Faces of a map's wall points by outward normal, and distances of its cells to the nearest wall of each normal.
 
-    Normal k points at ``angle + k * 90`` degrees, from u towards v in the grid.
+    Normal k points at about ``angle + k * 90`` degrees, from u towards v in the grid.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rectmerge.similarity import Similarity
     from rectmerge.transfer.transform import Form, Transform
 
-MIN_MISFIT = 0.002  # metres, or cells; a smaller misfit is less than maps resolve
+MIN_MISFIT = 0.0005  # a smaller misfit would be printed as 0.000
 FORMS = "ros1, ros2, matrix or pose"
 
 

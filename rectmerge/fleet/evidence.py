@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.aligning import DOUBTED
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.fleet.complex_similarity import ComplexSimilarity, Points, rms
 from rectmerge.fleet.map_sample import MapSample, overlap
@@ -222,7 +223,8 @@ def log_odds(alignment: Alignment, params: EvidenceParams) -> tuple[list[float],
     It adds none where the place repeats itself: there an alias of one pair is an alias of the next.
     """
     plausible = [candidate.evidence.get("plausibility", -math.inf) for candidate in alignment.candidates]
-    if not alignment and sum(nats > params.repeated_log_odds for nats in plausible) >= 2:
+    is_doubted = any(candidate.evidence.get(DOUBTED) for candidate in alignment.candidates)
+    if not alignment and not is_doubted and sum(nats > params.repeated_log_odds for nats in plausible) >= 2:
         return _repeated(alignment.candidates, params), False
     odds = [_alone(candidate, params) for candidate in alignment.candidates]
     excess = max(0.0, max(odds, default=0.0) - params.max_log_odds)  # the best is capped, and keeps its lead
@@ -237,7 +239,11 @@ def _alone(candidate: Candidate, params: EvidenceParams) -> float:
     else:
         share = min(max(candidate.confidence, 1e-12), 1 - 1e-12)
         odds = math.log(share / (1 - share))
-    if evidence.get("is_at_limit") or evidence.get("slack_cells", 0.0) > params.max_slack_cells:
+    if (
+        evidence.get(DOUBTED)
+        or evidence.get("is_at_limit")
+        or evidence.get("slack_cells", 0.0) > params.max_slack_cells
+    ):
         odds = min(odds, 0.0)
     return odds
 

@@ -28,11 +28,10 @@ class AllRoundParams(Group):
     """Correlation of the faces of both maps at angles all round, the last stage of the search."""
 
     is_used: bool = param(True, "switch", ablation("all angles"))
-    turn_step_deg: float = param(6.0, "degrees", LAYOUT, least=0.1)
+    turn_step_deg: float = param(6.0, "degrees", LAYOUT, least=0.1, most=45)
     cell_cells: float = param(4.0, "cells", LAYOUT)  # working cells per correlated cell
     max_diagonal_cells: float = param(100.0, "correlated cells", LAYOUT, most=1000)  # larger maps take larger cells
     spread_cells: float = param(1.0, "correlated cells", HAND)
     scale_step: float = param(0.12, "log scale", HAND, least=0.001)
     shifts_per_scale: int = param(4, "placements", LAYOUT)  # kept of each angle, scale and quarter turn
     max_fits: int = param(150, "placements", LAYOUT, most=100_000)  # refined
-    cost: float = param(1.0, "log-odds", "hand: 15 times as many placements are tried")

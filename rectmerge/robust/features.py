@@ -202,6 +202,7 @@ def _working_ends(side: int, factor: float) -> tuple[float, NDArray[np.intp]]:
     The last of these is the side's end. About the middle, a map turned or mirrored is divided alike.
     """
     count = math.ceil(side / factor)
+    count += side % 2 and (side - count) % 2  # an even number would divide an odd side's middle cell
     start = (count * factor - side) / 2
     working = np.minimum(count - 1, ((np.arange(side) + 0.5 + start) / factor).astype(np.intp))
     return start, np.searchsorted(working, np.arange(count + 1))

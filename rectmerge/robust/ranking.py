@@ -62,15 +62,6 @@ class Ranking:
             plausibility=self.plausibility[indices],
         )
 
-    def less(self, log_odds: float) -> Ranking:
-        """Return the placements with their log-odds lowered."""
-        return replace(
-            self,
-            rigid=self.rigid - log_odds,
-            bent=self.bent - log_odds,
-            plausibility=self.plausibility - log_odds,
-        )
-
     def concat(self, other: Ranking) -> Ranking:
         """Return the placements of both, those of this one first."""
         return Ranking(

@@ -91,14 +91,15 @@ class Surface:
 
     @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
-        """Least u and v, and greatest, of the cells."""
+        """Least u and v, and greatest, that the cells cover."""
         at = self.cells[:, :2] if len(self.cells) else np.zeros((1, 2))
-        return (*at.min(axis=0).tolist(), *at.max(axis=0).tolist())
+        return (*(at.min(axis=0) - 0.5).tolist(), *(at.max(axis=0) + 0.5).tolist())
 
     def seen_by(self, placement: NDArray[np.float64], other: Surface, most: int, looked_at: int) -> NDArray[np.float64]:
-        """Return about `most` evenly spaced surface cells that a placement puts within the bounds of another surface.
+        """Return about `most` surface cells that a placement puts within the bounds of another surface.
 
-        Of the surface, `looked_at` times as many cells are tried.
+        They are every so many-th by the distance from the middle. Of the surface, `looked_at` times as many cells are
+        tried.
         """
         a, b, tx, ty = placement
         cells = self.cells[:: -(-len(self.cells) // (looked_at * most)) or 1]
@@ -121,7 +122,7 @@ class Fit:
     covariance
         Shape (4, 4) over (angle, ln scale, tx, ty) about the centroid of the overlap, in A's pixels.
     surface_matched
-        Share of the wall surface in the overlap that lies within 2.5 cells of the other map's.
+        Share of the wall surface on known cells of the other map that lies within two cells of that map's.
     residual_cells
         Root mean square distance of the matched surfaces, in A's cells.
     """

@@ -57,8 +57,7 @@ def search(pair: WorkingPair, fixed: PreparedMap, moving: PreparedMap, *, is_ful
         fits.append(propose_by_rectangles(pair, fixed.frames[:1], moving.frames_at([float(angle) for angle in angles])))
     ranking = challenge(pair, rerank(pair, ranking.concat(rank(pair, np.concatenate(fits)))))
     if pair.params.all_round.is_used and not _convinces(pair, ranking):
-        all_round = rank(pair, propose_all_round(pair)).less(pair.params.all_round.cost)
-        ranking = challenge(pair, rerank(pair, ranking.concat(all_round)))
+        ranking = challenge(pair, rerank(pair, ranking.concat(rank(pair, propose_all_round(pair)))))
     return Search(pair, ranking, is_full=True)
 
 

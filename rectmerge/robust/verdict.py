@@ -37,7 +37,7 @@ class Evidence:
     agreement
         Agreement of the walls, of this placement.
     surface_matched
-        Share of the wall surface in the overlap that lies within 2.5 cells of the other map's.
+        Share of the wall surface on known cells of the other map that lies within two cells of that map's.
     conflict
         As in `rectmerge.analysis.overlap.Agreement`.
     slack_cells

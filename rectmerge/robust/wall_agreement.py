@@ -19,6 +19,7 @@ from rectmerge.robust.params import Params, RankParams
 
 CODES = 128
 LONG, CLUTTER = np.uint8(1), np.uint8(2)  # kinds of faces, in long straight runs and not
+KINDS = 2
 Value = TypeVar("Value")
 
 
@@ -130,12 +131,12 @@ class AgreementScorer:
     def _codes_met(self, placements: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Count the codes that long faces and others of both maps meet, by the coarser map's cells, (N, CODES) each.
 
-        A's normals are those of B's own frame, or halfway between them, whichever is nearer under the placement.
+        Of the eight ways of B's own frame those four are counted that a placement brings nearest to A's normals.
         """
         back = invert(placements)
         turns = np.arctan2(placements[:, 1], placements[:, 0])
         eighths = np.rint((self._angle - turns - self._angle_b) / EIGHTH).astype(np.int64)
-        forward = np.zeros((len(placements), 2, CODES), np.int32)
+        forward = np.zeros((len(placements), KINDS, CODES), np.int32)
         backward = np.zeros_like(forward)
         for is_oblique in np.unique(eighths % 2).tolist():
             which = np.flatnonzero(eighths % 2 == is_oblique)
@@ -195,6 +196,8 @@ def _floor_sample(free: NDArray[np.bool_], most: int) -> NDArray[np.float32]:
     step = math.ceil(math.sqrt(np.count_nonzero(free) / most)) or 1
     rows, cols = (np.flatnonzero(np.abs(2 * np.arange(side) - (side - 1)) // 2 % step == 0) for side in free.shape)
     v, u = np.nonzero(free[np.ix_(rows, cols)])
+    if len(v) == 0:  # narrow passages between the lines of the lattice
+        return np.stack(np.nonzero(free)[::-1]).astype(np.float32)
     return np.stack([cols[u], rows[v]]).astype(np.float32)
 
 
@@ -211,7 +214,7 @@ def _tallied(
     codes: NDArray[np.uint8],
 ) -> NDArray[np.int32]:
     """Count the codes that faces meet, by kind, shape (N, kinds, CODES)."""
-    counts = np.zeros((len(placements), max(LONG, CLUTTER), CODES), np.int32)
+    counts = np.zeros((len(placements), KINDS, CODES), np.int32)
     count_codes(placements, quarters, points, kinds, codes, counts)
     return counts
 

@@ -87,7 +87,7 @@ class Explained:
     def rival(self) -> Candidate:
         """The best of the other candidates under which the maps meet; one of no overlap shows nothing."""
         others = self.alignment.candidates[1:]
-        return next((each for each in others if each.overlap >= MIN_RIVAL_OVERLAP), others[0])
+        return next((each for each in others if each.overlap >= MIN_RIVAL_OVERLAP), self.alignment.candidates[-1])
 
     @property
     def sides(self) -> tuple[WallFaces, WallFaces]:

@@ -34,7 +34,7 @@ class BestCandidate:
     rest_log_odds: float
     mirror_log_odds: float
     is_held: bool
-    overlap: float = 1.0
+    overlap: float
 
 
 def fit_probability(

@@ -1,6 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from rectmerge.aligning import DOUBTED
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.fleet.evidence import log_odds
 from rectmerge.fleet.params import EvidenceParams
@@ -47,3 +50,12 @@ def test_elsewhere_candidates_keep_their_odds_and_the_best_is_capped():
 
     assert np.allclose(odds, [6.0, -2.0], atol=0.01)
     assert has_bonus
+
+
+def test_what_the_resolutions_do_not_allow_speaks_for_no_join():
+    pair = ambiguous((9.0, 0.0), (7.0, 0.0))
+    first = replace(pair.candidates[0], evidence={**pair.candidates[0].evidence, DOUBTED: 1.0})
+
+    odds, _ = log_odds(replace(pair, candidates=(first, *pair.candidates[1:])), PARAMS)
+
+    assert odds[0] <= 0.0

@@ -98,3 +98,26 @@ def test_the_answer_to_swapped_maps_is_the_inverse(pairs, name):
     other = align(b, a)
 
     assert_same(b, answer, other, other.candidates[0].pixels.inverse())
+
+
+@pytest.mark.parametrize("side", [806, 807, 808, 809])
+@pytest.mark.parametrize("change", [turned, mirrored])
+def test_a_large_map_given_otherwise_has_the_same_working_grid(change, side):
+    rooms = plans.see(plans.office(2), degrees=20, scale=3.4, noise=1, seed=4).grid.occupancy
+    cells = np.full((756, side), -1, np.int8)
+    part = rooms[:756, :side]
+    cells[: part.shape[0], : part.shape[1]] = part
+    cells[0, 0] = cells[-1, -1] = 0
+    grid = OccupancyGrid(cells)
+
+    one, other = plans.prepared(grid).walled, plans.prepared(change(grid)[0]).walled
+
+    assert one.factor > 1.0
+    assert np.count_nonzero(one.free) == np.count_nonzero(other.free)
+    assert len(one.walls) == len(other.walls)
+    np.testing.assert_allclose(radii(one.walls), radii(other.walls), atol=1e-6)
+
+
+def radii(points):
+    """Distances of points from their middle, which no turn or mirror changes, sorted."""
+    return np.sort(np.hypot(*(points - points.mean(axis=0)).T))

@@ -25,7 +25,7 @@ STRUCTURAL = {
     "features.py": {"QUARTER_TURN_DEG", "ROUNDED_CELLS"},
     "likelihood.py": {"STEPS_PER_NAT"},
     "verdict.py": {"NO_AGREEMENT"},
-    "wall_agreement.py": {"CODES", "LONG", "CLUTTER"},
+    "wall_agreement.py": {"CODES", "LONG", "CLUTTER", "KINDS"},
 }  # fmt: skip
 
 

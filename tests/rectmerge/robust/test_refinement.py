@@ -9,7 +9,7 @@ from rectmerge._kernels.fitting import nearest_facing, set_equations
 from rectmerge._kernels.placements import invert
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.robust.features import extract_features
-from rectmerge.robust.refinement import Surface, refine, to_pixels
+from rectmerge.robust.refinement import Surface, fit_surfaces, refine, to_pixels
 from rectmerge.similarity import Similarity
 from tests import naive
 from tests.rectmerge.robust import plans
@@ -138,9 +138,39 @@ def test_points_are_spread_over_what_the_other_map_covers(points):
     seen = surface_b.seen_by(as_placement(true), surface_a, points, EXACT.looked_at)
 
     at = true.apply(seen[:, :2])
-    covered = surface_b.seen_by(as_placement(true), surface_a, len(surface_b.cells), 1)
-    assert min(points, len(covered)) / 2 < len(seen) <= points
-    assert ((at >= 0) & (at < a.grid.shape[::-1])).all()
+    low, high = surface_a.cells[:, :2].min(axis=0), surface_a.cells[:, :2].max(axis=0)
+    everywhere = true.apply(surface_b.cells[:, :2])
+    covered = ((everywhere >= low - 0.5) & (everywhere <= high + 0.5)).all(axis=1)
+    assert min(points, np.count_nonzero(covered)) / 2 < len(seen) <= points
+    assert ((at >= low - 0.5) & (at <= high + 0.5)).all()
+
+
+def test_a_box_on_itself_has_as_many_partners_a_little_beside_it():
+    cells = np.full((80, 120), -1, np.int8)
+    cells[10:70, 10:110] = 100
+    cells[11:69, 11:109] = 0
+    surface = Surface.from_cells(MapCells.from_values(cells))
+
+    seen = [surface.seen_by(np.array([1.0, 0.0, shift, 0.0]), surface, 5000, 1) for shift in (0.0, 0.001, 0.4)]
+
+    assert [len(points) for points in seen] == [len(surface.cells)] * 3
+
+
+def test_partners_are_counted_on_cells_that_the_other_map_knows():
+    cells = np.full((80, 200), -1, np.int8)
+    cells[10:70, 10:190] = 100
+    cells[11:69, 11:189] = 0
+    half = cells.copy()
+    half[:, 80:] = -1
+    start = np.array([1.0, 0.0, 0.4, -0.3])
+
+    fit = fit_surfaces(
+        start, *(Surface.from_cells(MapCells.from_values(each)) for each in (cells, half)), (0.9, 1.1), EXACT,
+        points=EXACT.surface_points,
+    )  # fmt: skip
+
+    assert fit.surface_matched > 0.9
+    np.testing.assert_allclose(fit.placement, [1.0, 0.0, 0.0, 0.0], atol=0.02)
 
 
 def test_a_fit_that_is_refused_tells_of_the_placement_that_stays():

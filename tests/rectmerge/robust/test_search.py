@@ -134,7 +134,7 @@ def test_joined_rankings_keep_the_best_of_both():
     joined = rerank(working, halves[1].concat(halves[0]))
 
     np.testing.assert_array_equal(joined.placements, ranking.placements)
-    np.testing.assert_array_equal(joined.plausibility, ranking.plausibility)
+    np.testing.assert_allclose(joined.plausibility, ranking.plausibility, rtol=1e-9)
 
 
 def test_no_scale_within_bounds_no_ranking():

@@ -53,6 +53,7 @@ def drawn_candidates(weights, *, seed=0, count=4000):
             rest_log_odds=own - abs(rest),
             mirror_log_odds=mirror,
             is_held=True,
+            overlap=0.5,
         )
         for own, rest, mirror in odds.tolist()
         if mirror < own
@@ -74,9 +75,13 @@ def test_known_weights_are_recovered():
         ({"grade": "off"}, "wrong-accepted"),
         ({"is_held": False}, "refused"),
         ({"rest_log_odds": 8.0}, "refused"),
+        ({"log_odds": 1.2}, "right-accepted"),
+        ({"log_odds": 1.2, "overlap": 0.05}, "refused"),
     ],
 )
 def test_the_outcome_is_that_of_the_verdict(change, outcome):
-    best = BestCandidate(grade="fine", log_odds=8.0, rest_log_odds=-2.0, mirror_log_odds=-2.0, is_held=True)
+    best = BestCandidate(
+        grade="fine", log_odds=8.0, rest_log_odds=-2.0, mirror_log_odds=-2.0, is_held=True, overlap=0.5
+    )
 
     assert held_out.outcome(dataclasses.replace(best, **change), PARAMS) == outcome
