@@ -78,13 +78,18 @@ def leaderboard(
         list[str] | None, typer.Option("--suite", help="A simulated suite, in place of all; may be repeated.")
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
+    finished: Annotated[
+        bool, typer.Option("--finished", help="Write the pages of the runs that are finished, and run nothing.")
+    ] = False,
 ) -> None:
     """Put everybody to the leaderboard's suites and write README.md and report.html; a long run that can be resumed.
 
     DIR gets sets/ and runs/ as well, which are taken up again where an earlier command left them; a finished data set
     stays as it is, whatever version made it. Without MAPS there are no real pairs.
     """
+    from rectmerge.errors import InputError
     from rectmerge.io.atomic_file import replace_file
+    from scenarios.bench.resume import SUMMARY
     from scenarios.dataset.writer import finished_info
     from scenarios.leaderboard.page import page
     from scenarios.leaderboard.plans import RUNS, SUITES, stages
@@ -95,6 +100,9 @@ def leaderboard(
     folders = []
     for stage in stages(output, maps, suite or SUITES):
         folder = output / RUNS / stage.run_name
+        if finished:
+            folders += [folder] if (folder / SUMMARY).is_file() else []
+            continue
         if stage.is_simulated and not finished_info(stage.folder):
             console.say(f"{stage.folder}: the data set")
             _generate(stage.name, stage.folder, workers=workers)
@@ -102,6 +110,8 @@ def leaderboard(
         command = f"rectbench leaderboard, {stage.run_name}"
         _run(stage.plan(), folder, workers=workers, command=command)
         folders.append(folder)
+    if not folders:
+        raise InputError(f"{output / RUNS}: no run of the leaderboard is finished; leave out --finished to run it")
     replace_file(output / "README.md", page(Runs.read(folders)).encode())
     write_report(folders, output / "report.html", force=True)
     typer.echo(f"written: {output}")

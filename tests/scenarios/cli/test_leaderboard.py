@@ -1,0 +1,36 @@
+import pytest
+
+from rectmerge.cli import console
+from scenarios.cli.main import app
+
+
+def leaderboard(*words):
+    return console.run(app, "rectbench", ["leaderboard", *map(str, words)])
+
+
+@pytest.fixture
+def finished(tmp_path):
+    """A folder in which one run of the leaderboard is finished, by one method, and none other begun."""
+    words = ["run", "smoke", "--method", "paper", "-o", tmp_path / "runs" / "headline", "--quiet"]
+    assert console.run(app, "rectbench", [*map(str, words)]) == console.YES
+    return tmp_path
+
+
+@pytest.mark.sim
+@pytest.mark.slow
+def test_the_pages_of_what_is_finished_leave_out_the_rest_and_run_nothing(finished):
+    assert leaderboard("-o", finished, "--finished") == console.YES
+
+    text = (finished / "README.md").read_text(encoding="utf-8")
+    assert text.count("\n## ") == 3  # the run's table, the prediction and how it was made
+    assert "paper" in text
+    assert (finished / "report.html").is_file()
+    assert [path.name for path in (finished / "runs").iterdir()] == ["headline"]
+    assert not (finished / "sets").exists()
+
+
+def test_where_no_run_is_finished_that_is_said(tmp_path, capsys):
+    assert leaderboard("-o", tmp_path, "--finished") == console.BAD_INPUT
+
+    assert "no run of the leaderboard is finished" in capsys.readouterr().err
+    assert not (tmp_path / "README.md").exists()
