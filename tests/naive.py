@@ -180,12 +180,18 @@ def suppress(rectangles: NDArray[np.int32], order: list[int], iou: float, keep: 
     return kept
 
 
+def shrunk_side(side: int, factor: float) -> int:
+    """Return the working cells along a side: an odd number along an odd side, so that its middle cell is whole."""
+    count = math.ceil(side / factor)
+    return count + 1 if side % 2 == 1 and count % 2 == 0 else count
+
+
 def shrunk_counts(
     cells: NDArray[np.int8], bounds: tuple[int, int, int, int], factor: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Count the free, occupied and surface cells of each working cell; specks count as free."""
     top, bottom, left, right = bounds
-    shape = math.ceil((bottom - top + 1) / factor), math.ceil((right - left + 1) / factor)
+    shape = shrunk_side(bottom - top + 1, factor), shrunk_side(right - left + 1, factor)
     before = (shape[0] * factor - (bottom - top + 1)) / 2, (shape[1] * factor - (right - left + 1)) / 2
     free, occupied, surface = (np.zeros(shape, int) for _ in range(3))
     for r, c in np.argwhere(cells >= 0).tolist():

@@ -90,5 +90,7 @@ def test_the_covariance_of_noisy_pairs_is_of_the_size_of_their_errors():
         off = plans.truth(a, b).inverse() @ as_similarity(fit.placement)
         squares.append([off.angle**2 / fit.covariance[0, 0], math.log(off.scale) ** 2 / fit.covariance[1, 1]])
 
-    for square in np.median(squares, axis=0):
-        assert 0.45 / 10 < square < 0.45 * 10  # 0.45 is the median of a chi-square variable of one degree
+    angle, scale = np.median(squares, axis=0) / 0.45  # the median of a chi-square variable of one degree
+    assert 1 / 4 < math.sqrt(angle * scale) < 4
+    assert 1 / 16 < angle < 16
+    assert 1 / 16 < scale < 16
