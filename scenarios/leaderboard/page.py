@@ -73,7 +73,8 @@ def _size(track_results: TrackResults) -> str:
 def _provenance(runs: Runs) -> str:
     commits = sorted({record.commit[:12] for record in runs.provenance})
     machines = sorted({record.machine for record in runs.provenance})
-    return f"## How it was made\n\n    make results\n\nCommit {', '.join(commits)}; {'; '.join(machines)}.\n"
+    made = f"Commit {', '.join(commits)}; {'; '.join(machines)}."
+    return f"## How it was made\n\n    make results\n\nWhat is finished of it is on this page. {made}\n"
 
 
 INTRODUCTION = """# Leaderboard
