@@ -1,4 +1,4 @@
-"""What is derived from a map, kept while one piece of work may ask for it again.
+"""Cache of what methods derive from a map, for as long as one piece of work may ask for it again.
 
 Aligning two maps may search twice, and a fleet asks about each map many times: what a method makes of a map alone is
 made once in such a piece of work, and forgotten after it.

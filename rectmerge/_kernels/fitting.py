@@ -278,20 +278,9 @@ def fit_to_surfaces(
     squares, matched, inside = 0.0, 0, 0
     for step in range(len(reaches)):
         squares, matched, inside = set_equations(
-            matrix,
-            vector,
-            p,
-            points_b,
-            index_a,
-            surface_a,
-            known_a,
-            points_a,
-            index_b,
-            surface_b,
-            known_b,
-            reaches[step],
-            strides[step],
-        )
+            matrix, vector, p, points_b, index_a, surface_a, known_a, points_a, index_b, surface_b, known_b,
+            reaches[step], strides[step],
+        )  # fmt: skip
         if matched < least_matched * inside:
             break
         damped = matrix.copy()

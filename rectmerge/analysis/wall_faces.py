@@ -15,6 +15,12 @@ EIGHTH = QUARTER / 2
 NORMALS = 4  # of the faces of an orthogonal frame
 
 
+def rounded_turn(angle: float | NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Round an angle to eighths of a turn: return its whole quarters, and 1 where an eighth is left over."""
+    eighths = np.rint(np.asarray(angle) / EIGHTH).astype(np.int64)
+    return eighths // 2, eighths % 2
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class WallFaces:
     """Faces of a map's wall points by outward normal, and distances of its cells to the nearest wall of each normal.

@@ -179,7 +179,7 @@ def shrink(cells: MapCells, bounds: tuple[int, int, int, int], factor: float) ->
 
 def shrunk_offset(bounds: tuple[int, int, int, int], factor: float, margin_cells: int) -> NDArray[np.float64]:
     """Return the offset of a grid that `shrink` made and a margin surrounds: pixel p is at ``p / factor + offset``."""
-    starts = np.array([_working_ends(side, factor)[0] for side in _sides(bounds)[::-1]])
+    starts = np.array([_division(side, factor)[1] for side in _sides(bounds)[::-1]])
     return margin_cells - 0.5 + (0.5 + starts - np.array([bounds[2], bounds[0]], np.float64)) / factor
 
 
@@ -196,14 +196,19 @@ def _sides(bounds: tuple[int, int, int, int]) -> tuple[int, int]:
     return bounds[1] - bounds[0] + 1, bounds[3] - bounds[2] + 1
 
 
-def _working_ends(side: int, factor: float) -> tuple[float, NDArray[np.intp]]:
-    """Divide a side into working cells about its middle: return how far they begin before it, and where each begins.
+def _division(side: int, factor: float) -> tuple[int, float]:
+    """Divide a side into working cells about its middle: return their number, and how far they begin before it.
 
-    The last of these is the side's end. About the middle, a map turned or mirrored is divided alike.
+    About the middle, a map turned or mirrored is divided alike.
     """
     count = math.ceil(side / factor)
     count += side % 2 and (side - count) % 2  # an even number would divide an odd side's middle cell
-    start = (count * factor - side) / 2
+    return count, (count * factor - side) / 2
+
+
+def _working_ends(side: int, factor: float) -> tuple[float, NDArray[np.intp]]:
+    """Return how far the working cells begin before a side, and the cells at which each begins, and the side's end."""
+    count, start = _division(side, factor)
     working = np.minimum(count - 1, ((np.arange(side) + 0.5 + start) / factor).astype(np.intp))
     return start, np.searchsorted(working, np.arange(count + 1))
 

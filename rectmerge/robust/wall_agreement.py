@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rectmerge._kernels.code_counts import count_codes
 from rectmerge._kernels.placements import add_scores, invert
 from rectmerge.analysis.distance_codes import BINS, EDGES_CELLS, IN_UNKNOWN
-from rectmerge.analysis.wall_faces import EIGHTH, WallFaces
+from rectmerge.analysis.wall_faces import EIGHTH, WallFaces, rounded_turn
 from rectmerge.robust.contradictions import measure
 from rectmerge.robust.detailed_map import DetailedMap
 from rectmerge.robust.features import Features
@@ -135,16 +135,15 @@ class AgreementScorer:
         """
         back = invert(placements)
         turns = np.arctan2(placements[:, 1], placements[:, 0])
-        eighths = np.rint((self._angle - turns - self._angle_b) / EIGHTH).astype(np.int64)
+        quarters, oblique = rounded_turn(self._angle - turns - self._angle_b)  # from B's normals to A's
         forward = np.zeros((len(placements), KINDS, CODES), np.int32)
         backward = np.zeros_like(forward)
-        for is_oblique in np.unique(eighths % 2).tolist():
-            which = np.flatnonzero(eighths % 2 == is_oblique)
+        for is_oblique in np.unique(oblique).tolist():
+            which = np.flatnonzero(oblique == is_oblique)
             on_b = self._b.faces(self._angle_b + is_oblique * EIGHTH, self._faces)
-            quarters = -(eighths[which] // 2) % 4
             of_a, of_b = _kinds(self._on_a), _kinds(on_b)
-            forward[which] = _tallied(placements[which], quarters, self._b.walls, of_b, self._on_a.codes)
-            backward[which] = _tallied(back[which], -quarters % 4, self._a.walls, of_a, on_b.codes)
+            forward[which] = _tallied(placements[which], -quarters[which] % 4, self._b.walls, of_b, self._on_a.codes)
+            backward[which] = _tallied(back[which], quarters[which] % 4, self._a.walls, of_a, on_b.codes)
         long_faces, clutter = np.moveaxis(_by_coarser_cells(placements, forward, backward), 1, 0)
         return long_faces, clutter
 

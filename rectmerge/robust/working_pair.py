@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import distinct
-from rectmerge.analysis.wall_faces import EIGHTH, QUARTER, WallFaces
+from rectmerge.analysis.wall_faces import EIGHTH, QUARTER, WallFaces, rounded_turn
 from rectmerge.robust.confidence_model import bent_handicap
 from rectmerge.robust.features import Features
 from rectmerge.robust.likelihood import WallLikelihood, WallNoise
@@ -91,9 +91,9 @@ class WorkingPair:
 
         Their angle is the one that the turn lays on A's.
         """
-        eighths = round((self.angle - turn - self.angle_b) / EIGHTH)
-        faces = self.b.faces(self.angle_b + eighths % 2 * EIGHTH, self.params.faces)
-        return replace(faces, angle=self.angle - turn - eighths // 2 * QUARTER)
+        quarters, is_oblique = map(int, rounded_turn(self.angle - turn - self.angle_b))
+        faces = self.b.faces(self.angle_b + is_oblique * EIGHTH, self.params.faces)
+        return replace(faces, angle=self.angle - turn - quarters * QUARTER)
 
     def distinct(self, placements: NDArray[np.float64], apart_cells: float, max_kept: int) -> NDArray[np.intp]:
         """Return the indices of the first placements of each neighbourhood."""

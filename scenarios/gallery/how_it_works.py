@@ -86,8 +86,8 @@ class Explained:
     @property
     def rival(self) -> Candidate:
         """The best of the other candidates under which the maps meet; one of no overlap shows nothing."""
-        others = self.alignment.candidates[1:]
-        return next((each for each in others if each.overlap >= MIN_RIVAL_OVERLAP), self.alignment.candidates[-1])
+        _, *others = self.alignment.candidates
+        return next((each for each in others if each.overlap >= MIN_RIVAL_OVERLAP), others[0])
 
     @property
     def sides(self) -> tuple[WallFaces, WallFaces]:
@@ -176,8 +176,8 @@ def draw_shifts(shown: Explained) -> Picture:
     turn, size = float(score.given[0]), float(score.given[1])
     (height, width), beyond = shown.a.free.shape, math.ceil(shown.b.radius * math.exp(size))
     x, y = np.meshgrid(np.arange(-beyond, width + beyond), np.arange(-beyond, height + beyond))
-    on_a, on_b = shown.sides
-    peaks, _ = correlate(on_a, [on_b], [math.exp(size)], PARAMS.correlate, PARAMS.gain, max_shifts=PEAKS)
+    on_a, *on_b = shown.sides
+    peaks, _ = correlate(on_a, on_b, [math.exp(size)], PARAMS.correlate, PARAMS.gain, max_shifts=PEAKS)
     pictures, captions = [], []
     for quarter in range(4):
         at = np.column_stack([np.full((x.size, 2), (turn + quarter * QUARTER, size)), x.ravel(), y.ravel()])
