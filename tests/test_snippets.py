@@ -21,6 +21,7 @@ from tests.rectmerge import bags
 ROOT = Path(__file__).parents[1]
 PAGES = {page.name: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").glob("*.md"))}
 TESTED_ELSEWHERE = {"add-a-method.md", "simulation.md"}  # by test_add_a_method.py and test_docs.py
+WITHOUT_LIBRARIES = {"data-sets.md"}  # whose Python needs libraries that may be missing: by test_data_sets_page.py
 HOURS = ("sets/standard", "runs/standard", "sets/fleet-3")  # what a line names that would take them, or minutes
 APPS = {"rectmerge": cli.app, "rectbench": bench_cli.app}
 
@@ -57,7 +58,10 @@ def checkout(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page not in TESTED_ELSEWHERE and blocks(page, "python")])
+PYTHON = [page for page in PAGES if page not in TESTED_ELSEWHERE | WITHOUT_LIBRARIES and blocks(page, "python")]
+
+
+@pytest.mark.parametrize("page", PYTHON)
 def test_python_runs(checkout, page):
     names: dict[str, object] = {}
     for block in blocks(page, "python"):

@@ -22,6 +22,10 @@ def generate(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DATASET", help="Folder for the data set.")],
     pairs: Annotated[int | None, typer.Option(min=1, help="The first so many pairs; further seeds beyond all.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Another seed makes other buildings.")] = 0,
+    secret: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Mix a secret, 32 hexadecimal digits or more, into every seed of the suite."),
+    ] = None,
     cell_noise: Annotated[
         bool, typer.Option("--cell-noise", help="Even noise of the cells, as version 1 of the suites has it.")
     ] = False,
@@ -44,9 +48,13 @@ def generate(
 
     Interrupted and called again with the same words it goes on where it was; the files are the same as if it had not
     been interrupted, whatever the number of workers. A pair that cannot be made is named in dataset_info.json.
+
+    With --secret nobody makes the same pairs without FILE: the same secret makes the same bytes, another one other
+    buildings. Its SHA-256 stands in dataset_info.json, so that it can be published at once and the secret later.
     """
     from scenarios.dataset.generate import generate as generate_suite
     from scenarios.dataset.generate import plan, summary_text
+    from scenarios.dataset.suite_seeds import Secret
     from scenarios.execution.executors import workplace
     from scenarios.suites.suite import load_suite, with_cell_noise
 
@@ -56,7 +64,14 @@ def generate(
     require_extras(*SIMULATOR)
     total = pairs or sum(job.count for job in plan(suite, seed=seed))
     making = functools.partial(
-        generate_suite, suite, output, pairs=pairs, seed=seed, form=cast("Form", form), force=force
+        generate_suite,
+        suite,
+        output,
+        pairs=pairs,
+        seed=seed,
+        form=cast("Form", form),
+        secret=None if secret is None else Secret.from_file(secret),
+        force=force,
     )
     try:
         with workplace(workers or 1, cluster) as (executor, in_flight), progress(total) as advance:
@@ -71,7 +86,7 @@ def generate(
 def verify(
     dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A data set's folder.")],
 ) -> None:
-    """Recompute a data set's checksums, truth and overlaps, and say what is wrong with file and line.
+    """Recompute a data set's checksums, id, truth and overlaps, and say what is wrong with file and line.
 
     Ends with status 0 when nothing is wrong, 1 when something is. Works on anybody's data set in the
     layout; without dataset_info.json there are no checksums to compare.
@@ -86,6 +101,7 @@ def verify(
     for fault in verdict.faults:
         typer.echo(fault)
     typer.echo(f"{verdict.pairs} pairs, {verdict.files} checksums: {len(verdict.faults) or 'nothing'} wrong")
+    typer.echo(f"id: {verdict.dataset_id}")
     if verdict.faults:
         raise typer.Exit(console.NO)
 

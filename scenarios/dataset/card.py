@@ -9,15 +9,16 @@ from typing import Any
 
 from rectmerge.drawing.maps import side_by_side
 from scenarios.dataset.contact_sheet import paletted_png, strip
+from scenarios.dataset.dataset_id import PICTURE, SHOWN_DIGITS
 from scenarios.dataset.metadata import check_row, line_at, metadata_lines, parse_row
 from scenarios.dataset.reader import split_folders
 from scenarios.pairs.pair import MapPair
 
-CARD, PICTURE = "README.md", "pairs.png"
 PAIRS, COLUMNS = 8, 2
 
 TEXT = """---
 pretty_name: {quoted}
+license: {license}
 tags:
 - robotics
 - occupancy-grid
@@ -35,7 +36,7 @@ configs:
 ![Pairs of the data set: map A, map B, and B on A by the truth]({picture})
 
 Pairs of occupancy-grid maps, as two robots made them of one building, with the similarity that takes map B to map A.
-Made by `{command}`; the same command makes the same bytes.
+Made by `{command}`; the same command makes the same bytes.{secret}
 
 | split | pairs | of these related |
 | --- | --- | --- |
@@ -44,6 +45,21 @@ Made by `{command}`; the same command makes the same bytes.
 {failed} pairs of the suite could not be made and are not in the data set; `dataset_info.json` names each with its
 reason. {discarded} tries at a mission, in the same or another building, were discarded before one succeeded; it tells
 why.
+
+## Version, licence, citation
+
+Made by {version}. The id of the data set is the hash of its content, `{id}`;
+`rectbench verify {folder}` recomputes it.
+
+{terms}
+
+```bibtex
+@misc{{{suite}-{short_id},
+  title = {{{{{title}}}}},
+  author = {{{{The rectmerge developers}}}},
+  note = {{Pairs of occupancy-grid maps, data set {short_id}, made by {version}}}
+}}
+```
 
 ## Load it
 
@@ -88,6 +104,9 @@ checksums and truth.
 {bag}| `pose_source`, `bent`, ... | how the maps were made; empty where there is nothing to tell |
 """
 
+SECRET = "\nThat takes the same secret; the SHA-256 of its bytes is `{secret_sha256}`."
+SIMULATED_TERMS = "Simulated, under the licence of rectmerge: MIT."
+RECORDED_TERMS = "Made of a recording by others, whose licence holds: ask where the recording is from."
 BAG = "| `bag` | the mission as a ROS bag: growing maps, scans, odometry; empty of mirrored pairs |\n"
 
 
@@ -97,8 +116,8 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
     Parameters
     ----------
     info
-        The content of ``dataset_info.json``: suite, seed, title, description, splits, discarded, failed; `command`
-        where `rectbench generate` did not make it.
+        The content of ``dataset_info.json``: suite, seed, title, description, dataset_id, versions, splits, discarded,
+        failed; `command` where `rectbench generate` did not make it.
     sample
         One of its maps, by its path in the data set.
     folder
@@ -110,7 +129,9 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
     command += f" --format {form}" if form != "files" else ""
     if info["pairs"] is not None:
         command = f"{command} --pairs {info['pairs']}"
+    command += " --secret FILE" if "secret_sha256" in info else ""
     title = str(info.get("title") or info["suite"])
+    is_simulated = "command" not in info
     return TEXT.format(
         title=title,
         quoted=json.dumps(title),
@@ -121,11 +142,24 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
         split=sample.partition("/")[0],
         command=info.get("command", command),
         splits="\n".join(f"| {name} | {count['pairs']} | {count['related']} |" for name, count in splits.items()),
+        secret=SECRET.format(**info) if "secret_sha256" in info else "",
+        license="mit" if is_simulated else "other",
+        terms=SIMULATED_TERMS if is_simulated else RECORDED_TERMS,
+        version=_version(info),
+        id=info["dataset_id"],
+        short_id=info["dataset_id"][:SHOWN_DIGITS],
+        suite=info["suite"],
         bag=BAG if form != "files" else "",
         failed=len(info["failed"]),
         discarded=info["discarded"]["count"],
         folder=folder,
     )
+
+
+def _version(info: Mapping[str, Any]) -> str:
+    versions: Mapping[str, Any] = info["versions"]
+    commit = f", commit {versions['commit']}" if versions.get("commit") else ""
+    return f"rectmerge {versions.get('rectmerge', 'of unknown version')}{commit}"
 
 
 def picture(dataset: Path) -> bytes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 from typing import Any, Literal, Protocol, get_args
@@ -14,11 +14,11 @@ from rectmerge.extras import require_extras
 from rectmerge.io.json_text import to_json
 from scenarios.dataset.content_hash import content_hash
 from scenarios.dataset.packing import Explorer, Package, make_within
+from scenarios.dataset.suite_seeds import Secret, mixed, seeds_end, shifted
 from scenarios.dataset.writer import DataSetWriter, finished_info
 from scenarios.execution.executors import IN_FLIGHT, WorkerDiedError, completed, describe_machine
 from scenarios.execution.limits import MAKING, Limits
 from scenarios.pairs.pair import PairSource
-from scenarios.suites.spec import Seeds
 
 SCHEMA = "rectmerge.dataset/1"
 SEED_STRIDE = 1_000_000  # seeds of a suite between two seeds of data sets
@@ -64,6 +64,7 @@ def generate(
     pairs: int | None = None,
     seed: int = 0,
     form: Form = "files",
+    secret: Secret | None = None,
     executor: Executor | None = None,
     in_flight: int = IN_FLIGHT,
     force: bool = False,
@@ -85,6 +86,9 @@ def generate(
     form
         "mcap" and "rosbag1" also write the mission of every pair as a ROS bag, for ROS 2 or ROS 1; that takes suites
         of simulated missions.
+    secret
+        Mixed into every seed of the suite, so that who does not know it cannot make the same pairs; its SHA-256 is kept
+        in ``dataset_info.json``.
     executor
         Where the pairs are made; None is this process.
     in_flight
@@ -112,13 +116,13 @@ def generate(
     not be made is named in ``dataset_info.json`` with the reason.
     """
     check_form(suite, form)
-    identity = identity_of(suite, pairs=pairs, seed=seed, form=form)
+    identity = identity_of(suite, pairs=pairs, seed=seed, form=form, secret=secret)
     if not force and (info := finished_info(out)) and all(info.get(key) == identity[key] for key in identity):
         on_done(sum(part["pairs"] for part in info["splits"].values()) + len(info["failed"]))
         return info
     with DataSetWriter(out, identity, force=force) as writer:
         on_done(sum(writer.done.values()))
-        jobs = plan(suite, pairs=pairs, seed=seed, form=form)
+        jobs = plan(mixed(suite, secret) if secret else suite, pairs=pairs, seed=seed, form=form)
         for package in _packages(executor, in_flight, (job for job in jobs if job.source.source_id not in writer.done)):
             writer.write(package)
             on_done(len(package.rows) + len(package.failed))
@@ -150,7 +154,8 @@ def summary_text(info: Mapping[str, Any], *, as_json: bool = False) -> str:
         return to_json({key: value for key, value in info.items() if key != "checksums"})
     splits = ", ".join(f"{split} {part['pairs']} pairs" for split, part in info["splits"].items())
     failed = [f"not made: {failure['pair_id']}: {failure['reason']}" for failure in info["failed"]]
-    return "\n".join([*failed, f"{splits}; {len(failed)} could not be made; {len(info['checksums'])} files"])
+    counts = f"{splits}; {len(failed)} could not be made; {len(info['checksums'])} files"
+    return "\n".join([*failed, counts, f"id: {info['dataset_id']}"])
 
 
 def plan(suite: PairSuite, *, pairs: int | None = None, seed: int = 0, form: Form = "files") -> Iterator[Job]:
@@ -175,42 +180,18 @@ def plan(suite: PairSuite, *, pairs: int | None = None, seed: int = 0, form: For
 
 def _sources(suite: PairSuite, shift: int, *, endless: bool) -> Iterator[PairSource]:
     """Yield the sources of a suite with its seeds shifted, then with the next seeds that it does not use, and so on."""
-    period = _seeds_end(suite)
+    period = seeds_end(suite)
     for lap in count():
         if (lap + 1) * period > SEED_STRIDE or (lap and not period):
             raise InputError(f"{suite.name}: its seeds run out; make several data sets with different --seed")
-        shifted: PairSuite = _shifted(suite, shift + lap * period)
-        yield from shifted.sources()
+        yield from shifted(suite, shift + lap * period).sources()
         if not endless:
             return
 
 
-def _seeds_end(value: Any) -> int:
-    """Return the first seed beyond those that a suite names, wherever it names them."""
-    if isinstance(value, Seeds):
-        return value.first + value.count
-    inner = value if isinstance(value, tuple) else _parts(value).values()
-    return max(map(_seeds_end, inner), default=0)
-
-
-def _shifted(value: Any, by: int) -> Any:
-    """Add to every seed that a suite names."""
-    if isinstance(value, Seeds):
-        return replace(value, first=value.first + by)
-    if isinstance(value, tuple):
-        return tuple(_shifted(item, by) for item in value)
-    changed = {name: new for name, part in _parts(value).items() if (new := _shifted(part, by)) is not part}
-    return replace(value, **changed) if changed else value
-
-
-def _parts(value: Any) -> dict[str, Any]:
-    """Return the fields of a dataclass; nothing else has any."""
-    if not is_dataclass(value):
-        return {}
-    return {f.name: getattr(value, f.name) for f in fields(value)}
-
-
-def identity_of(suite: PairSuite, *, pairs: int | None, seed: int, form: Form = "files") -> dict[str, Any]:
+def identity_of(
+    suite: PairSuite, *, pairs: int | None, seed: int, form: Form = "files", secret: Secret | None = None
+) -> dict[str, Any]:
     """Return all that determines the bytes of a data set, as plain data."""
     machine = describe_machine()
     versions = {"python": machine["python"], **machine["packages"], "commit": machine["commit"]}
@@ -219,6 +200,7 @@ def identity_of(suite: PairSuite, *, pairs: int | None, seed: int, form: Form = 
         "suite": suite.name,
         "suite_sha256": content_hash(suite),
         "seed": seed,
+        **({"secret_sha256": secret.sha256} if secret else {}),
         "pairs": pairs,
         "format": form,
         "versions": versions,

@@ -15,9 +15,10 @@ from rectmerge.errors import DatasetError, InputError, RectMergeError
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.io.map_file import map_files, read_map
 from rectmerge.similarity import Similarity
+from scenarios.dataset.dataset_id import INFO, checksum, content_files, dataset_id
 from scenarios.dataset.metadata import METADATA, MetadataLine, check_row, metadata_lines, parse_row
 from scenarios.dataset.reader import dataset_name, split_folders
-from scenarios.dataset.writer import JOURNAL, checksum, finished_info
+from scenarios.dataset.writer import JOURNAL, finished_info
 from scenarios.pairs.pair import MapPair
 
 FIT_WITHIN_PX = 0.05  # of the least-squares fit, on the control points: numbers in rows are rounded
@@ -35,6 +36,8 @@ class Verdict:
         How many rows were checked, and how many checksums.
     faults
         Empty where the data set is what it says.
+    dataset_id
+        Hash of the content as it is.
     notes
         What could not be checked.
     """
@@ -42,6 +45,7 @@ class Verdict:
     pairs: int
     files: int
     faults: tuple[str, ...]
+    dataset_id: str
     notes: tuple[str, ...] = ()
 
 
@@ -78,15 +82,19 @@ def verify(dataset: str | Path, on_pair: Callable[[], None] = lambda: None) -> V
         raise DatasetError(f"{root}: not a data set: there is no {METADATA} in it, in train/ or in test/")
     info, seen = finished_info(root), _FirstUses()
     checksums: dict[str, str] = (info or {}).get("checksums", {})
-    faults = list(_wrong_files(root, checksums))
+    content = {name: checksum(root / name) for name in content_files(root)}
+    faults = list(_wrong_files(root, checksums, content))
     for folder in folders:
         for line in metadata_lines(folder):
             faults += [f"{line.place}: {fault}" for fault in _wrong_in_line(line, folder, dataset_name(root), seen)]
             seen.pairs += 1
             on_pair()
     faults += _wrong_counts(root, info, folders)
+    measured = dataset_id(content)
+    if not faults and measured != (declared := (info or {}).get("dataset_id", measured)):
+        faults.append(f"{root / INFO}: dataset_id is {declared!s:.16}..., the content has {measured:.16}...")
     notes = () if checksums else (f"{root}: there is no dataset_info.json with checksums: files were not compared",)
-    return Verdict(pairs=seen.pairs, files=len(checksums), faults=tuple(faults), notes=notes)
+    return Verdict(pairs=seen.pairs, files=len(checksums), faults=tuple(faults), dataset_id=measured, notes=notes)
 
 
 def row_count(dataset: str | Path) -> int:
@@ -94,13 +102,16 @@ def row_count(dataset: str | Path) -> int:
     return sum(1 for folder in split_folders(Path(dataset)) for _ in metadata_lines(folder))
 
 
-def _wrong_files(root: Path, checksums: dict[str, str]) -> Iterator[str]:
+def _wrong_files(root: Path, checksums: dict[str, str], content: dict[str, str]) -> Iterator[str]:
+    """Yield the files that are not as ``dataset_info.json`` says, and those of which it says nothing."""
     for name, expected in checksums.items():
         path = root / name
         if not path.is_file():
             yield f"{path}: is missing"
-        elif (actual := checksum(path)) != expected:
+        elif (actual := content.get(name) or checksum(path)) != expected:
             yield f"{path}: its SHA-256 is {actual[:12]}..., dataset_info.json has {expected[:12]}..."
+    if checksums:
+        yield from (f"{root / name}: is not in dataset_info.json" for name in sorted(content.keys() - checksums.keys()))
 
 
 def _wrong_counts(root: Path, info: dict[str, Any] | None, folders: list[Path]) -> Iterator[str]:

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 
 from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
-from scenarios.dataset.card import CARD, PICTURE, card, picture
+from scenarios.dataset.card import card, picture
 from scenarios.dataset.columns import Columns
+from scenarios.dataset.dataset_id import CARD, INFO, PICTURE, checksum, dataset_id
 from scenarios.dataset.fleets import FLEETS, FleetLines
 from scenarios.dataset.metadata import METADATA
 from scenarios.dataset.packing import Package
@@ -21,7 +22,7 @@ from scenarios.dataset.reader import SPLITS
 from scenarios.execution.files import write_json
 from scenarios.execution.journal import Journal
 
-INFO, JOURNAL = "dataset_info.json", "unfinished.jsonl"
+JOURNAL = "unfinished.jsonl"
 FOLDERS = ("", *(f"{split}/{inner}" for split in SPLITS for inner in ("", "maps/", "worlds/", "bags/*/")))
 OWN = (  # what --force clears, and nothing else
     *(
@@ -129,15 +130,13 @@ class DataSetWriter:
         }
         info |= {"discarded": {"count": found.discarded.total(), "reasons": dict(sorted(found.discarded.items()))}}
         info |= {"failed": sorted(found.failed, key=lambda failure: str(failure["pair_id"]))}
+        fleets = [split for split in info["splits"] if self._write_fleets(split, found.fleets)]
+        tables = (*(f"{split}/{METADATA}" for split in info["splits"]), *(f"{split}/{FLEETS}" for split in fleets))
+        sums = found.checksums | {name: checksum(self.folder / name) for name in tables}
+        info["dataset_id"] = dataset_id(sums)
         replace_file(self.folder / PICTURE, picture(self.folder))
         replace_file(self.folder / CARD, card(info, min(path for path in found.checksums if "/maps/" in path)).encode())
-        fleets = [split for split in info["splits"] if self._write_fleets(split, found.fleets)]
-        tops = (
-            *(f"{split}/{METADATA}" for split in info["splits"]),
-            *(f"{split}/{FLEETS}" for split in fleets),
-            *(CARD, PICTURE),
-        )
-        sums = found.checksums | {name: checksum(self.folder / name) for name in tops}
+        sums |= {name: checksum(self.folder / name) for name in (CARD, PICTURE)}
         info["checksums"] = dict(sorted(sums.items()))
         write_json(self.folder / INFO, info)
         self._journal.delete()
@@ -257,9 +256,3 @@ def finished_info(folder: str | Path) -> dict[str, Any] | None:
 def _line(row: Mapping[str, Any]) -> str:
     """Return a row as JSON without spaces: most of it are numbers, a thousand and more."""
     return json.dumps(row, allow_nan=False, separators=(",", ":")) + "\n"
-
-
-def checksum(path: Path) -> str:
-    """Return a file's SHA-256 as hexadecimal digits."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -255,7 +255,7 @@ class FleetSource:
     def _seed(self, purpose: str) -> int:
         """Derive a seed that fleets and purposes do not share."""
         key = tuple(zlib.crc32(text.encode()) for text in (self.scenario.name, purpose))
-        return int(np.random.SeedSequence(self.seed, spawn_key=key).generate_state(1)[0])
+        return self.scenario.seeds.derive(self.seed, key)
 
 
 def _stretch(log: RobotLog, share: float, start: float) -> RobotLog:

@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from rectmerge.errors import SimulationError
 from scenarios.corruption import NoiseLevel
 from scenarios.pairs.map_view import MapSpec
@@ -210,10 +208,10 @@ class MissionSource:
         a number in JSON does not keep.
         """
         key = tuple(zlib.crc32(text.encode()) for text in (self.scenario.name, purpose))
+        seeds = self.scenario.seeds
         if not self.building:
-            return int(np.random.SeedSequence(self.seed, spawn_key=key).generate_state(1)[0])
-        further = np.random.SeedSequence(self.seed, spawn_key=(*key, self.building))
-        return int(further.generate_state(1, np.uint64)[0]) >> 12
+            return seeds.derive(self.seed, key)
+        return seeds.derive(self.seed, (*key, self.building), is_wide=True)
 
 
 def _yield_pairs(mission: MissionPairs) -> Iterator[MapPair]:

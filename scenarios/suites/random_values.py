@@ -34,7 +34,7 @@ def has_random_values(value: object) -> bool:
     return is_random(value) or any(has_random_values(part) for part in parts)
 
 
-def sample_values(value: Any, *, name: str, seed: int, first: int = 0) -> Any:
+def sample_values(value: Any, *, name: str, seed: int, first: int = 0, entropy: int | None = None) -> Any:
     """Draw all random values of a table.
 
     Parameters
@@ -46,6 +46,8 @@ def sample_values(value: Any, *, name: str, seed: int, first: int = 0) -> Any:
         value changes no other.
     seed, first
         The seed, and the scenario's first, at which `in_turn` begins.
+    entropy
+        The number to draw from in place of the seed; None is the seed.
 
     Raises
     ------
@@ -57,7 +59,7 @@ def sample_values(value: Any, *, name: str, seed: int, first: int = 0) -> Any:
         key = zlib.crc32(name.encode()), zlib.crc32(path.encode())
         if "in_turn" in draw:
             return draw["in_turn"][(seed - first) % len(draw["in_turn"])]
-        (word,) = np.random.SeedSequence(seed, spawn_key=key).generate_state(1)
+        (word,) = np.random.SeedSequence(seed if entropy is None else entropy, spawn_key=key).generate_state(1)
         share = int(word) / 2**32
         return draw["any_of"][int(share * len(draw["any_of"]))] if "any_of" in draw else _between(draw, share)
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import hmac
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal, get_args
+
+import numpy as np
 
 from rectmerge.errors import InputError
 from scenarios.corruption import NOISE_LEVELS, NoiseLevel
@@ -30,6 +34,51 @@ class Seeds:
         if self.first < 0 or not 1 <= self.count <= MOST_SEEDS:
             limits = f"first >= 0 and count from 1 to {MOST_SEEDS}"
             raise InputError(f"seeds need {limits}, got {self.first} and {self.count}")
+
+    def entropy(self, seed: int) -> int:
+        """Return the number from which everything random of a seed is drawn: the seed itself."""
+        return seed
+
+    def derive(self, seed: int, key: Sequence[int], *, is_wide: bool = False) -> int:
+        """Derive a seed for one purpose.
+
+        Parameters
+        ----------
+        seed
+            One of these seeds.
+        key
+            Numbers of the purpose; other numbers give another seed.
+        is_wide
+            Whether it has 52 bits, so that none of many meets another; else 32. JSON keeps no more than 53.
+        """
+        sequence = np.random.SeedSequence(self.entropy(seed), spawn_key=tuple(key))
+        return int(sequence.generate_state(1, np.uint64)[0]) >> 12 if is_wide else int(sequence.generate_state(1)[0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SecretSeeds(Seeds):
+    """Range of seeds mixed with a secret: who does not know it cannot draw what they draw.
+
+    Parameters
+    ----------
+    secret
+        Hexadecimal digits.
+
+    Notes
+    -----
+    The entropy of a seed is its HMAC-SHA256 under the secret (RFC 2104, FIPS 180-4), so a seed that becomes known tells
+    nothing of the others; derived seeds have 52 bits, too many to try.
+    """
+
+    secret: str = field(repr=False)
+
+    def entropy(self, seed: int) -> int:
+        """Return the HMAC of a seed, 256 bits."""
+        return int.from_bytes(hmac.digest(bytes.fromhex(self.secret), str(seed).encode(), "sha256"), "big")
+
+    def derive(self, seed: int, key: Sequence[int], *, is_wide: bool = True) -> int:
+        """Derive a seed for one purpose, always of 52 bits."""
+        return Seeds.derive(self, seed, key, is_wide=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -65,10 +65,11 @@ class ScenarioTemplate:
         seeds = range(self.seeds.first, self.seeds.first + self.seeds.count)
         if self.is_fixed:
             return dict.fromkeys(seeds, self._settled(self.table, self.seeds))
-        return {seed: self._settled(self._drawn(seed), Seeds(first=seed)) for seed in seeds}
+        return {seed: self._settled(self._drawn(seed), replace(self.seeds, first=seed, count=1)) for seed in seeds}
 
     def _drawn(self, seed: int) -> dict[str, Any]:
-        table: dict[str, Any] = sample_values(self.table, name=self.name, seed=seed, first=self.seeds.first)
+        first, entropy = self.seeds.first, self.seeds.entropy(seed)
+        table: dict[str, Any] = sample_values(self.table, name=self.name, seed=seed, first=first, entropy=entropy)
         return table
 
     def check(self) -> None:

@@ -36,6 +36,7 @@ class Rooms:
     """One related pair, one unrelated pair, by the seed; B's resolution may be known."""
 
     seed: int
+    entropy: int | None = None  # where the cells are drawn from; the seed unless given
     fails: bool = False
 
     @property
@@ -50,7 +51,8 @@ class Rooms:
         return pair_id == self.pair_ids[0]
 
     def pairs(self) -> Iterator[MapPair]:
-        cells, rng = building(self.seed), np.random.default_rng(self.seed)
+        drawn_from = self.seed if self.entropy is None else self.entropy
+        cells, rng = building(drawn_from), np.random.default_rng(drawn_from)
         a, b = OccupancyGrid(cells), OccupancyGrid(cells[SHIFT[1] :, SHIFT[0] :], 0.05, (1.5, -2.0, 0.0))
         at_b = rng.uniform(0, 50, (30, 2))
         points = np.hstack([at_b + SHIFT + rng.normal(0, 0.3, (30, 2)), at_b])
@@ -79,7 +81,7 @@ class Rooms:
         )
         if self.fails:
             raise RuntimeError("the robot fell over")
-        other = OccupancyGrid(building(self.seed + 10_000))
+        other = OccupancyGrid(building(drawn_from + 10_000))
         yield MapPair(
             pair_id=self.pair_ids[1],
             a=a,
@@ -106,7 +108,7 @@ class TinySuite:
 
     def sources(self) -> list[Rooms]:
         seeds = range(self.seeds.first, self.seeds.first + self.seeds.count)
-        return [Rooms(seed=seed, fails=seed == self.failing) for seed in seeds]
+        return [Rooms(seed=seed, entropy=self.seeds.entropy(seed), fails=seed == self.failing) for seed in seeds]
 
 
 if __name__ == "__main__":

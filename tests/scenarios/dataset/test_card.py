@@ -1,3 +1,4 @@
+import json
 import subprocess
 import sys
 
@@ -64,7 +65,12 @@ def test_the_card_has_what_a_hub_reads_and_a_small_picture(made):
 
     assert config["data_files"] == [{"split": "train", "path": "train/**"}, {"split": "test", "path": "test/**"}]
     assert yaml.safe_load(front)["pretty_name"] == "Tiny: rooms"
+    assert yaml.safe_load(front)["license"] == "mit"
     assert "rectbench generate tiny" in text
+    info = json.loads((made / "dataset_info.json").read_text())
+    assert f"Made by rectmerge {info['versions']['rectmerge']}" in text
+    assert f"`{info['dataset_id']}`" in text
+    assert f"@misc{{tiny-{info['dataset_id'][:16]}," in text
     assert "| test | 6 | 3 |" in text
     assert (made / "train/maps/000000_a.png").is_file()
     assert "train/maps/000000_a.png" in text or "test/maps/000002_a.png" in text

@@ -103,6 +103,18 @@ def test_files_that_were_changed_or_lost_are_told(made):
         assert any(name in fault and what in fault for fault in faults), faults
 
 
+def test_files_that_nobody_lists_and_another_id_are_told(made):
+    (made / "test/maps/more.png").write_bytes(b"more")
+    assert verify(made).faults == (f"{made}/test/maps/more.png: is not in dataset_info.json",)
+
+    (made / "test/maps/more.png").unlink()
+    path = made / "dataset_info.json"
+    info = json.loads(path.read_text())
+    path.write_text(json.dumps({**info, "dataset_id": "0" * 64}))
+    (fault,) = verify(made).faults
+    assert fault.startswith(f"{path}: dataset_id is 0000000000000000..., the content has {info['dataset_id'][:16]}")
+
+
 def test_lost_rows_are_told(made):
     path = made / "test/metadata.jsonl"
     path.write_text("".join(path.read_text().splitlines(keepends=True)[:-1]))
@@ -117,7 +129,9 @@ def test_what_is_no_data_set_is_refused(tmp_path):
 
 def test_the_command_ends_with_yes_or_no(made, capsys):
     assert console.run(app, "rectbench", ["verify", str(made), "-q"]) == 0
-    assert "nothing wrong" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "nothing wrong" in told
+    assert f"id: {json.loads((made / 'dataset_info.json').read_text())['dataset_id']}" in told
 
     edit(made, "test", 2, overlap=0.2)
     assert console.run(app, "rectbench", ["verify", str(made), "-q"]) == 1
