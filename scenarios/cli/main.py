@@ -14,6 +14,7 @@ COMMANDS = (  # in the order of the help
     dataset.verify,
     studies.calibrate,
     studies.trust,
+    studies.storeys,
     dataset.certify,
     fleets.fleets,
     leaderboard.tune,

@@ -41,6 +41,17 @@ def trust(
     typer.echo(f"written: {output}")
 
 
+def storeys(
+    run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A finished run of storeys.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.md", help="Where the page goes.")],
+) -> None:
+    """Write how often two storeys that look alike are joined, and how often one storey is after changes."""
+    from scenarios.studies.storeys import write_page
+
+    write_page(run_folder, output)
+    typer.echo(f"written: {output}")
+
+
 def headline(
     run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A finished run of headline or headline-test.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.md", help="Where the report goes.")],

@@ -15,7 +15,7 @@ from scenarios.pairs.pair import MapPair, make_pair
 from sim.missions.mission_log import MissionLog
 from sim.missions.trajectory import write_tum
 
-TWO_BUILDINGS = ("other-building", "other-floor", "blank-halls", "mirrored")  # kinds of unrelated pairs
+TWO_BUILDINGS = ("other-building", "other-floor", "other-storey", "blank-halls", "mirrored")  # kinds of unrelated pairs
 MISSION_FILES = (
     *("robot_[ab].png", "robot_[ab].yaml", "robot_[ab].*.tum", "world.png", "world.yaml", "mission.npz", "truth.json"),
 )

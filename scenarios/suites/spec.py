@@ -16,7 +16,9 @@ from sim.floorplans import Hall, Office, WorldSpec
 from sim.missions.spec import MissionSpec
 
 Split = Literal["train", "test"]
-PairKind = Literal["related", "other-building", "no-shared-room", "other-floor", "mirrored", "blank-halls"]
+PairKind = Literal[
+    "related", "other-building", "no-shared-room", "other-floor", "other-storey", "mirrored", "blank-halls"
+]
 MOST_SEEDS = 1_000_000
 UNRELATED: tuple[str, ...] = get_args(PairKind)[1:]
 OF_TWO_BUILDINGS = ("other-building", "blank-halls")
@@ -175,6 +177,8 @@ class Scenario:
             raise InputError(f'other: kind "{self.kind}" has one building')
         if self.other is not None and self.other.family != self.world.family:
             raise InputError(f"other: must be of the same family, {self.world.family}, got {self.other.family}")
+        if self.kind == "other-storey" and not self.world.has_storeys:
+            raise InputError(f"world.family: a building of family {self.world.family} has one storey only")
         if self.kind == "blank-halls":
             if not isinstance(self.world, Hall):
                 raise InputError(f'world.family: must be "hall" with kind "blank-halls", got "{self.world.family}"')

@@ -3,6 +3,7 @@
 other-building    B explores another building of the same family, with corridors as wide as A's
 no-shared-room    one building; the robots stay so far apart that their maps have less than 0.05 in common
 other-floor       B explores another building with the outer walls of A's, within 5 cm, the same turn and other rooms
+other-storey      B explores another storey of A's building: the same outer walls, corridors and turn, and other rooms
 mirrored          one building and one mission, and map B is flipped left to right: no similarity is true
 blank-halls       two halls of different size, empty: no pillars, no furniture, no other rooms
 """
@@ -82,6 +83,8 @@ def _far_apart(scenario: Scenario, seed: SeedFor) -> MissionLog:
 def _other(world: World, scenario: Scenario, seed: SeedFor) -> World:
     """Make the building of map B: the first that the kind allows."""
     spec = _spec_of(scenario, scenario.other or scenario.world)
+    if scenario.kind == "other-storey":
+        return make_world(spec, seed("world"), storey=1)
     for k in range(MAX_BUILDINGS):
         other = make_world(spec, seed(f"other world {k}"))
         if scenario.kind == "other-floor":
@@ -97,7 +100,7 @@ def _other(world: World, scenario: Scenario, seed: SeedFor) -> World:
 
 def _spec_of(scenario: Scenario, world: WorldSpec) -> WorldSpec:
     """Return the building without features that the kind of pair excludes."""
-    if scenario.kind == "other-floor":
+    if scenario.kind in ("other-floor", "other-storey"):
         return replace(world, yaw_deg=0.0)
     if scenario.kind == "blank-halls" and isinstance(world, Hall):
         return replace(world, missing=1.0, side_rooms=0, furniture=0.0, glass=0.0, shut=0.0, changed=0.0)

@@ -48,6 +48,8 @@ class Pen:
         Outer size of the building.
     wall_m, door_m, glass
         As in `WorldSpec`.
+    rooms_rng
+        Source of the choices after outer walls and corridors, for another storey; None is `rng` for all.
     """
 
     def __init__(
@@ -58,8 +60,10 @@ class Pen:
         wall_m: tuple[float, float],
         door_m: tuple[float, float],
         glass: float,
+        rooms_rng: np.random.Generator | None = None,
     ) -> None:
         self.rng, self.size_m, self.door_m, self._glass_share = rng, size_m, door_m, glass
+        self._rooms_rng = rooms_rng
         self.inner_m = float(rng.uniform(*wall_m))
         self.outer_m = float(rng.uniform(self.inner_m, 2 * self.inner_m))
         self.walls: list[Prism] = []
@@ -80,6 +84,12 @@ class Pen:
         """Return (left, low, right, high) of the middles of the outer walls."""
         edge = self.outer_m - self.inner_m / 2
         return edge, edge, self.size_m[0] - edge, self.size_m[1] - edge
+
+    def begin_rooms(self) -> np.random.Generator:
+        """Take the source of choices for rooms, once outer walls and corridors are chosen, and return it."""
+        if self._rooms_rng is not None:
+            self.rng = self._rooms_rng
+        return self.rng
 
     def shell(self, outline: ArrayLike) -> None:
         """Draw the outer walls along the outline (N, 2) of all rooms, which may have inward corners."""

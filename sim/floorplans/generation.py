@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge.errors import SimulationError
+from rectmerge.errors import InputError, SimulationError
 from rectmerge.extras import missing
 from sim.floorplans.apartment import Apartment
 from sim.floorplans.clutter import Clutter
@@ -30,6 +32,7 @@ from sim.motion.driving import DriveField, find_standing_spot, make_drive_field
 from sim.world import Prism, World
 
 DRAFTS = 20
+Drafted = TypeVar("Drafted")
 _KINDS = (Office, Apartment, Warehouse, Loop, Hospital, Polygonal, TwoWing, Round, Hall, Clutter)
 FAMILIES: Mapping[str, type[WorldSpec]] = MappingProxyType({kind.family: kind for kind in _KINDS})
 
@@ -39,34 +42,57 @@ def families() -> dict[str, str]:
     return {name: (kind.__doc__ or "").partition("\n")[0].rstrip(".") for name, kind in FAMILIES.items()}
 
 
-def make_world(spec: WorldSpec, seed: int) -> World:
-    """Make a building from a seed, in which a robot can drive between all rooms during both visits.
+def make_world(spec: WorldSpec, seed: int, *, storey: int = 0) -> World:
+    """Make a storey of a building from a seed, in which a robot can drive between all rooms during both visits.
+
+    Parameters
+    ----------
+    spec
+        Settings of the building.
+    seed
+        Seed of the building.
+    storey
+        Storeys of one seed have the same outer walls and corridors, and other rooms, doors and furniture; where
+        `spec.yaw_deg` is random, each is turned by itself.
 
     Raises
     ------
+    InputError
+        If a building of the family has no storeys but the first.
     SimulationError
         If no draft gives such a building, or shapely is missing.
     """
+    if storey and not spec.has_storeys:
+        raise InputError(f"storey must be 0 for a building of family {spec.family}, got {storey}")
     try:
         import shapely  # noqa: F401 - checked here, once, rather than in every draft
     except ImportError as error:
         raise SimulationError(f"making a building {missing('shapely')}") from error
     rng = np.random.default_rng(seed)
+    start, world = _first_success(lambda: (copy.deepcopy(rng), _draft(spec, rng)), spec)
+    if storey:
+        rooms_rng = np.random.default_rng((seed, storey))
+        world = _first_success(lambda: _draft(spec, copy.deepcopy(start), rooms_rng), spec)
+    return replace(world, family=spec.family, seed=seed)
+
+
+def _first_success(draft: Callable[[], Drafted], spec: WorldSpec) -> Drafted:
     reason = ""
     for _ in range(DRAFTS):
         try:
-            return replace(_draft(spec, rng), family=spec.family, seed=seed)
+            return draft()
         except SimulationError as error:
             reason = str(error)
     raise SimulationError(f"{DRAFTS} drafts of this {spec.family} failed: {reason}")
 
 
-def _draft(spec: WorldSpec, rng: np.random.Generator) -> World:
+def _draft(spec: WorldSpec, rng: np.random.Generator, rooms_rng: np.random.Generator | None = None) -> World:
     """Draw, furnish and turn one building, and thin its furniture out until a robot can drive through it."""
     from sim.floorplans.furnishing import Furnisher
 
-    pen = Pen(rng, size_m=spec.size_m, wall_m=spec.wall_m, door_m=spec.door_m, glass=spec.glass)
+    pen = Pen(rng, size_m=spec.size_m, wall_m=spec.wall_m, door_m=spec.door_m, glass=spec.glass, rooms_rng=rooms_rng)
     spec.draw(pen)
+    rng = pen.rng
     leaves = shut_doors(pen, spec.shut, may_differ=spec.changed > 0)
     furnisher = Furnisher(pen)
     for room in pen.rooms:

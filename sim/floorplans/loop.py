@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -28,6 +29,7 @@ class Loop(WorldSpec):
         Number of rooms within the ring, 0 to 4; with none, the core is shut.
     """
 
+    has_storeys: ClassVar[bool] = True
     family: str = field(default="loop", init=False)
     size_m: tuple[float, float] = (21.0, 16.0)
     rooms: int = 8
@@ -56,6 +58,7 @@ class Loop(WorldSpec):
         sides = [depth if depth >= least and rng.random() < 0.6 else 0.0 for depth in sides]
         ring = (left + sides[0], low + depths[0], right - sides[1], high - depths[1])
         self._corridors(pen, ring, wide)
+        pen.begin_rooms()
         self._outside(pen, ring, wide)
         self._inside(pen, (ring[0] + wide, ring[1] + wide, ring[2] - wide, ring[3] - wide))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class Office(WorldSpec):
         Probability that the building has walls that are not at right angles.
     """
 
+    has_storeys: ClassVar[bool] = True
     family: str = field(default="office", init=False)
     rooms: int = 8
     oblique: float = 0.3
@@ -53,6 +55,7 @@ class Office(WorldSpec):
         if end < right:
             pen.room("hall", [(end, low), (right, low), (right, high), (end, high)])
             pen.wall([(end, low), (end, high)], pen.door(south - low, north - low, "corridor", "hall"))
+        rng = pen.begin_rooms()
         above = round(count * rng.uniform(0.42, 0.58))
         bands = _Bands(pen, self.narrowest_m, is_oblique=bool(rng.random() < self.oblique))
         bands.draw("north", (left, end), (north, high), above)

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import ClassVar, Literal
 
 from rectmerge.errors import InputError
 from sim.floorplans.drafting import JAMB_M, Pen
@@ -46,6 +46,7 @@ class WorldSpec(ABC):
         If a value is out of range, or the rooms do not fit.
     """
 
+    has_storeys: ClassVar[bool] = False  # whether `draw` chooses outer walls and corridors first, then `begin_rooms`
     family: str = field(default="", init=False)
     size_m: tuple[float, float] = (20.0, 13.0)
     furniture: float = 1.2

@@ -105,6 +105,11 @@ def test_the_other_building_of_an_unrelated_pair_is_drawn_apart(tmp_path):
         ),
         (
             '"other-building"',
+            '"other-storey"\nworld.family = "two-wing"',
+            "scenarios[2]: world.family: a building of family two-wing has one storey only",
+        ),
+        (
+            '"other-building"',
             '"other-building"\nother = { family = "hall" }',
             "scenarios[2]: other: must be of the same family, office, got hall",
         ),

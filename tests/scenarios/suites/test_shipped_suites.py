@@ -46,7 +46,7 @@ def test_the_standard_suite_holds_what_the_leaderboard_needs(standard):
     unrelated = Counter(source.scenario.kind for source in standard if source.scenario.kind != "related")
 
     assert len(related) >= 240
-    assert set(unrelated) == set(UNRELATED)
+    assert set(unrelated) == set(UNRELATED) - {"other-storey"}  # a suite of its own
     assert sum(unrelated.values()) >= 150
     assert min(unrelated.values()) >= 30
     assert {scenario.world.family for scenario in related} == set(FAMILIES)

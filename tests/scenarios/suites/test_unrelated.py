@@ -56,6 +56,14 @@ def test_another_floor_has_the_same_shell_and_other_walls(monkeypatch):
     assert {tuple(room.spot) for room in one.rooms}.isdisjoint(tuple(room.spot) for room in other.rooms)
 
 
+def test_another_storey_has_the_same_corridor_and_other_rooms(monkeypatch):
+    one, other = worlds(source("other-storey", world=Office(yaw_deg=30.0)), monkeypatch)
+
+    corridor, its_twin = (next(room for room in world.rooms if room.name == "corridor") for world in (one, other))
+    assert np.array_equal(corridor.outline, its_twin.outline)
+    assert one.to_json_dict()["walls"] != other.to_json_dict()["walls"]
+
+
 def test_halls_are_blank_and_of_different_size(monkeypatch):
     halls = Hall(size_m=(12.0, 9.0), side_rooms=0), Hall(size_m=(18.0, 9.0), side_rooms=0)
     one, other = worlds(source("blank-halls", world=halls[0], other=halls[1]), monkeypatch)

@@ -2,10 +2,10 @@ import cv2
 import numpy as np
 import pytest
 
-from rectmerge.errors import SimulationError
-from sim.floorplans import FAMILIES, Office, Round, families, generation, make_world
+from rectmerge.errors import InputError, SimulationError
+from sim.floorplans import FAMILIES, Loop, Office, Round, families, generation, make_world
 from sim.motion.driving import make_drive_field, nearest_drivable
-from sim.world import World
+from sim.world import Room, World
 from tests.marking import some_slow
 from tests.sim.floorplans.buildings import plain, usual
 
@@ -202,3 +202,28 @@ def test_families_are_listed_with_a_line_each():
     assert set(families()) == set(FAMILIES)
     assert all(20 < len(line) < 110 for line in families().values())
     assert {name: kind.family for name, kind in FAMILIES.items()} == {name: name for name in FAMILIES}
+
+
+@pytest.mark.parametrize("spec", [Office(yaw_deg=0.0, oblique=0.0), Loop(yaw_deg=0.0)], ids=lambda spec: spec.family)
+def test_storeys_have_the_same_outer_walls_and_corridors_and_other_rooms(spec):
+    first, second, again = (make_world(spec, 3, storey=storey) for storey in (0, 1, 1))
+
+    assert {outline.tobytes() for outline in corridors(first)} == {outline.tobytes() for outline in corridors(second)}
+    assert [wall.outline.tolist() for wall in first.walls[:4]] == [wall.outline.tolist() for wall in second.walls[:4]]
+    assert {tuple(room.spot) for room in first.rooms}.isdisjoint(tuple(room.spot) for room in rooms(second))
+    assert second.to_json_dict() == again.to_json_dict()
+    require_reachable(second)
+    require_sealed(second)
+
+
+def test_a_building_without_storeys_says_so():
+    with pytest.raises(InputError, match="storey must be 0 for a building of family round, got 1"):
+        make_world(Round(), 0, storey=1)
+
+
+def corridors(world: World) -> list[np.ndarray]:
+    return [room.outline for room in world.rooms if "corridor" in room.name]
+
+
+def rooms(world: World) -> list[Room]:
+    return [room for room in world.rooms if "corridor" not in room.name]
