@@ -84,18 +84,44 @@ def generate(
 
 
 def verify(
-    dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A data set's folder.")],
+    target: Annotated[Path, typer.Argument(metavar="DATASET|FILE.json", help="A data set's folder, or a submission.")],
+    dataset: Annotated[
+        Path | None, typer.Option("--data-set", metavar="DATASET", help="The data set of a submission.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE.json", help="The submission as verified.")
+    ] = None,
+    every: Annotated[int, typer.Option(min=1, help="Of a submission, every so many-th pair only.")] = 1,
+    method_command: Annotated[
+        list[str] | None,
+        typer.Option(metavar="LABEL='PROG {a} {b}'", help="A program of a submission; may be repeated."),
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes for a submission.")] = 1,
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier file.")] = False,
 ) -> None:
     """Recompute a data set's checksums, id, truth and overlaps, and say what is wrong with file and line.
 
     Ends with status 0 when nothing is wrong, 1 when something is. Works on anybody's data set in the
     layout; without dataset_info.json there are no checksums to compare.
+
+    A submission, the file of `rectbench submit`, is run again: its methods, with their fields and its seed, on its
+    pairs. Rows whose outcome, verdict, error or confidence differ are named, with status 1; without any, -o takes the
+    submission as verified. Programs are run only as --method-command says, never by the word of the file.
     """
+    if target.is_file() or dataset is not None:
+        from scenarios.cli.submissions import verify_submission
+
+        verify_submission(
+            target, dataset, output, commands=method_command or [], every=every, workers=workers, force=force
+        )
+        return
+    if output is not None:
+        raise InputError(f"{target}: -o is for a submission, and there is no such file")
     from scenarios.dataset.verify import row_count
     from scenarios.dataset.verify import verify as check
 
-    with progress(row_count(dataset)) as advance:
-        verdict = check(dataset, on_pair=lambda: advance(1, "pairs"))
+    with progress(row_count(target)) as advance:
+        verdict = check(target, on_pair=lambda: advance(1, "pairs"))
     for note in verdict.notes:
         console.say(note)
     for fault in verdict.faults:

@@ -81,21 +81,31 @@ def leaderboard(
     finished: Annotated[
         bool, typer.Option("--finished", help="Write the pages of the runs that are finished, and run nothing.")
     ] = False,
+    add: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FILE.json", help="Show a submission beside the others; may be repeated."),
+    ] = None,
 ) -> None:
     """Put everybody to the leaderboard's suites and write README.md and report.html; a long run that can be resumed.
 
     DIR gets sets/ and runs/ as well, which are taken up again where an earlier command left them; a finished data set
     stays as it is, whatever version made it. Without MAPS there are no real pairs.
+
+    Submissions, which `rectbench submit` writes, get lines in the tables of README.md, with a dash for what they lack,
+    and whether they are self-reported or verified. They must be of the same data sets, and of all pairs.
     """
     from rectmerge.errors import InputError
     from rectmerge.io.atomic_file import replace_file
     from scenarios.bench.resume import SUMMARY
     from scenarios.dataset.writer import finished_info
+    from scenarios.leaderboard.additions import data_set_ids, with_submissions
     from scenarios.leaderboard.page import page
     from scenarios.leaderboard.plans import RUNS, SUITES, stages
+    from scenarios.leaderboard.submission import read_submission
     from scenarios.report.page import write_report
     from scenarios.report.reading import Runs
 
+    submissions = {path: read_submission(path) for path in add or []}  # a bad one is said before the long run
     require_extras(*SIMULATOR, "tomli_w", "jinja2", "matplotlib")
     folders = []
     for stage in stages(output, maps, suite or SUITES):
@@ -112,7 +122,9 @@ def leaderboard(
         folders.append(folder)
     if not folders:
         raise InputError(f"{output / RUNS}: no run of the leaderboard is finished; leave out --finished to run it")
-    replace_file(output / "README.md", page(Runs.read(folders)).encode())
+    own = Runs.read(folders)
+    shown, reported = with_submissions(own, submissions, data_set_ids(folders, own) if submissions else {})
+    replace_file(output / "README.md", page(shown, reported).encode())
     write_report(folders, output / "report.html", force=True)
     typer.echo(f"written: {output}")
 

@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from rectmerge.cli import console
 from rectmerge.cli.app import App
-from scenarios.cli import carmen, catalogue, check_method, dataset, fleets, leaderboard, mission, pictures, run, studies
+from scenarios.cli import (
+    carmen,
+    catalogue,
+    check_method,
+    dataset,
+    fleets,
+    leaderboard,
+    mission,
+    pictures,
+    run,
+    studies,
+    submissions,
+)
 
 app = App("Benchmark map merging on simulated and real pairs with known truth.")
 COMMANDS = (  # in the order of the help
@@ -20,6 +32,7 @@ COMMANDS = (  # in the order of the help
     leaderboard.tune,
     leaderboard.report,
     leaderboard.leaderboard,
+    submissions.submit,
     leaderboard.growth,
     check_method.check_method,
     pictures.explain,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from scenarios.leaderboard.plans import REAL
@@ -14,6 +14,7 @@ from scenarios.studies.headline import markdown
 
 COLUMNS = (
     "right and accepted",
+    "area",
     "best right",
     "wrong",
     "false merges",
@@ -26,18 +27,33 @@ COLUMNS = (
 PREDICTING = "standard"
 
 
-def page(runs: Runs) -> str:
-    """Return the page of finished runs."""
+def page(runs: Runs, reported: Mapping[str, str] | None = None) -> str:
+    """Return the page of finished runs.
+
+    Parameters
+    ----------
+    runs
+        Runs made here, and the rows of submissions.
+    reported
+        Status of each label that is of a submission.
+    """
+    statuses = reported or {}
     parts = [INTRODUCTION]
     for track_results in runs.tracks:
-        parts += [f"## {track_results.name}\n", _size(track_results), leaderboard(track_results)]
+        parts += [f"## {track_results.name}\n", _size(track_results), leaderboard(track_results, statuses)]
+    parts += [SUBMISSIONS_EXPLAINED] if statuses else []
     return "\n".join([*parts, "## Does simulation predict reality?\n", prediction(runs.tracks), _provenance(runs)])
 
 
-def leaderboard(track_results: TrackResults) -> str:
-    """Return the table of one suite and track."""
+def leaderboard(track_results: TrackResults, reported: Mapping[str, str]) -> str:
+    """Return the table of one suite and track, with a column for who says so where not all of it was run here."""
     lines = [(line.label, as_cells(line)) for line in standings(track_results)]
-    return markdown(("method", *COLUMNS), [(label, *(cells[name][0] for name in COLUMNS)) for label, cells in lines])
+    rows = [[label, *(cells[name][0] for name in COLUMNS)] for label, cells in lines]
+    heads = ["method", *COLUMNS]
+    if any(label in reported for label, _ in lines):
+        heads.append("reported")
+        rows = [[*row, reported.get(row[0], "run here")] for row in rows]
+    return markdown(heads, rows)
 
 
 def prediction(tracks: Sequence[TrackResults]) -> str:
@@ -80,16 +96,22 @@ def _provenance(runs: Runs) -> str:
 INTRODUCTION = """# Leaderboard
 
 Every method gets the same pairs; k of n with share and 95 % interval by bootstrap over places, most right first.
-*Right and accepted*: of required pairs (one place, overlap 0.15 or more). *Best right*: the first candidate is right,
-whatever the verdict. *Wrong*: accepted though wrong. *False merges*: pairs of two places that are accepted.
-*Checked*: right, and wrong or falsely merged, where the judge of `rectmerge check` has the last word, as in `merge`.
-*AURC*: area under the risk-coverage curve, lower is better. *e*: median error of the best candidate, a pair without one
-counting as worst. Labels that end in `-tuned` are the same methods with the parameters that `rectbench tune` found:
-ten configurations of each on every fifth pair of the split train of `standard`, the threshold chosen for right less
-wrong; where that did worse on the pairs shown here, both lines stand. The others have their authors' parameters as far
-as we know them, and defaults of our own elsewhere. The baselines are written from their articles, some from the
-outline alone: the docstring of each names its source, our own choices, and the extension for an unknown scale.
+*Right and accepted*: of required pairs (one place, overlap 0.15 or more). *Area*: the same without a single limit of
+the error: the area, 0 to 1, under the share of these pairs that is accepted with an error of at most e, for e from 0
+to 5 % of L, the extent of map A. *Best right*: the first candidate is right, whatever the verdict. *Wrong*: accepted
+though wrong. *False merges*: pairs of two places that are accepted. *Checked*: right, and wrong or falsely merged,
+where the judge of `rectmerge check` has the last word, as in `merge`. *AURC*: area under the risk-coverage curve,
+lower is better. *e*: median error of the best candidate, a pair without one counting as worst. Labels that end in
+`-tuned` are the same methods with the parameters that `rectbench tune` found: ten configurations of each on every
+fifth pair of the split train of `standard`, the threshold chosen for right less wrong; where that did worse on the
+pairs shown here, both lines stand. The others have their authors' parameters as far as we know them, and defaults of
+our own elsewhere. The baselines are written from their articles, some from the outline alone: the docstring of each
+names its source, our own choices, and the extension for an unknown scale.
 `rectbench report` shows the same runs with charts and every pair.
+"""
+SUBMISSIONS_EXPLAINED = """*Reported*: labels with a name in brackets are submissions; a dash stands for what they lack.
+What is *self-reported* is the word of who handed it in; what is *verified* was run again, with the same result on all
+rows or on as many as it says. Times are of their machines.
 """
 PREDICTION_EXPLAINED = """Right and accepted at equal true overlap, on simulated (`standard`) and real pairs
 (`real_maps`, `real_lasers`). Real hand-held maps bend; simulated ones mostly do not.

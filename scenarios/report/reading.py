@@ -102,14 +102,24 @@ def _provenance(folder: Path) -> Provenance:
         raise InputError(f"{folder / MACHINE}: is not that of a run: there is no {error}") from None
 
 
-def _maps(folder: Path) -> dict[str, RowSource]:
-    """Find the pairs of a run's own data set, or of the one that it was run on, if that is still there."""
+def dataset_of(folder: Path) -> Path | None:
+    """Find a run's own data set, or the one that it was run on (or its split); None if that is no longer there.
+
+    Raises
+    ------
+    InputError
+        If the run's record cannot be read.
+    """
     try:
         record: dict[str, Any] = tomllib.loads((folder / RECORD).read_text(encoding="utf-8"))
         paths = (folder / DATASET, Path(record.get("dataset", folder / DATASET)))
     except (OSError, ValueError, TypeError, RecursionError) as error:
         raise InputError(f"{folder / RECORD}: cannot be read: {error}") from None
-    for path in paths:
-        if is_dataset(path):
-            return {source.pair_id: source for source in open_dataset(path) if isinstance(source, RowSource)}
-    return {}
+    return next((path for path in paths if is_dataset(path)), None)
+
+
+def _maps(folder: Path) -> dict[str, RowSource]:
+    """Find the pairs of a run's data set."""
+    path = dataset_of(folder)
+    sources = [] if path is None else open_dataset(path)
+    return {source.pair_id: source for source in sources if isinstance(source, RowSource)}

@@ -12,9 +12,13 @@ from numpy.typing import NDArray
 
 from scenarios.report.reading import TrackResults
 from scenarios.scoring.row import Row, checked_outcome
+from scenarios.scoring.score import FAILURES
 from scenarios.scoring.statistics import Rate, clustered_rate
 from scenarios.studies.accuracy import count, is_right, median_error_px
 from scenarios.studies.trust import answered, calibration_error
+
+ACCEPTED = ("right-accepted", "wrong-accepted")
+WIDEST_ERROR = 0.05  # of L: coarse answers end there
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,15 +31,18 @@ class Standing:
         Label of the method.
     right
         Required pairs that are right and accepted, with the interval by place.
+    area
+        Area under the share of required pairs accepted with an error of at most e, for e from 0 to 5 % of L; None
+        without errors.
     best
-        Required pairs whose best candidate is right, whatever the verdict.
+        Required pairs whose best candidate is right, whatever the verdict; None without grades.
     wrong
         Pairs of one place that are accepted though wrong.
     merged
         Pairs of two places that are accepted, with the interval by place.
     checked_right, checked_wrong
         Required pairs that are right and accepted, and pairs that are accepted though wrong or of two places, where the
-        judge of `rectmerge check` has the last word.
+        judge of `rectmerge check` has the last word; None where it was not asked.
     ambiguous, failed
         Of all pairs.
     aurc
@@ -53,11 +60,12 @@ class Standing:
 
     label: str
     right: Rate
-    best: int
+    area: float | None
+    best: int | None
     wrong: int
     merged: Rate
-    checked_right: int
-    checked_wrong: int
+    checked_right: int | None
+    checked_wrong: int | None
     ambiguous: int
     failed: int
     aurc: float | None
@@ -88,18 +96,20 @@ def _standing(label: str, rows: Sequence[Row]) -> Standing:
     unrelated = [row for row in rows if row["stratum"] == "unrelated"]
     counts = count(rows)
     checked = Counter(checked_outcome(row) for row in rows if row["stratum"] != "optional")
-    confidence, right = confident(rows)
+    is_graded, was_checked = _has_grades(rows), None not in checked
+    confidence, right = confident(rows if is_graded else [])
     seconds = [row["seconds"]["cpu"] for row in rows if row["seconds"] and row["seconds"]["cpu"] is not None]
     peaks = [row["peak_mb"] for row in rows if row["peak_mb"]]
     error = median_error_px(required)
     return Standing(
         label=label,
         right=rate_of(required, "right-accepted"),
-        best=sum(map(is_right, required)),
+        area=accuracy_area(required),
+        best=sum(map(is_right, required)) if is_graded else None,
         wrong=sum(row["outcome"] == "wrong-accepted" for row in rows if row["stratum"] != "unrelated"),
         merged=rate_of(unrelated, "wrong-accepted"),
-        checked_right=checked["right-accepted"],
-        checked_wrong=checked["wrong-accepted"],
+        checked_right=checked["right-accepted"] if was_checked else None,
+        checked_wrong=checked["wrong-accepted"] if was_checked else None,
         ambiguous=counts["ambiguous"],
         failed=counts["failed"],
         aurc=float(risks(confidence, right).mean()) if len(right) else None,
@@ -109,6 +119,39 @@ def _standing(label: str, rows: Sequence[Row]) -> Standing:
         seconds=float(np.median(seconds)) if seconds else None,
         memory_mb=max(peaks, default=None),
     )
+
+
+def accuracy_area(required: Sequence[Row]) -> float | None:
+    """Return the area under the share of pairs accepted with an error of at most e, for e from 0 to 5 % of L.
+
+    Parameters
+    ----------
+    required
+        Rows of pairs that are to be merged; all of them count.
+
+    Returns
+    -------
+    float or None
+        0..1, the mean of 1 - e / (5 % of L), 0 beyond and for what is not accepted; None where no accepted answer has
+        an error.
+
+    Examples
+    --------
+    >>> accepted = [{"outcome": "right-accepted", "errors": {"e_over_l": e}} for e in (0.0, 0.025, 0.2)]
+    >>> accuracy_area([*accepted, {"outcome": "rejected", "errors": {"e_over_l": 0.0}}])
+    0.375
+    """
+    accepted = [row for row in required if row["outcome"] in ACCEPTED]
+    errors = np.array([row["errors"]["e_over_l"] for row in accepted if row["errors"]])
+    if not required or (accepted and not len(errors)):
+        return None
+    return float(np.maximum(0.0, 1.0 - errors / WIDEST_ERROR).sum() / len(required))
+
+
+def _has_grades(rows: Sequence[Row]) -> bool:
+    """Return False if no answer is graded, as in rows that others hand in."""
+    answers = [row for row in rows if row["outcome"] not in FAILURES]
+    return not answers or any(row["grades"] is not None for row in answers)
 
 
 def rate_of(rows: Sequence[Row], outcome: str) -> Rate:
@@ -140,10 +183,14 @@ def as_cells(line: Standing) -> Mapping[str, tuple[str, Any]]:
     """Return the cells of a line by heading: the text, and the number to sort by or None."""
     return {
         "right and accepted": (str(line.right), line.right.value),
-        "best right": (str(line.best), line.best),
+        "area": _number(line.area, 2),
+        "best right": _number(line.best, 0),
         "wrong": (str(line.wrong), line.wrong),
         "false merges": (str(line.merged) if line.merged.n else "-", line.merged.value),
-        "checked: right / wrong": (f"{line.checked_right} / {line.checked_wrong}", line.checked_right),
+        "checked: right / wrong": (
+            "-" if line.checked_right is None else f"{line.checked_right} / {line.checked_wrong}",
+            line.checked_right,
+        ),
         "ambiguous": (str(line.ambiguous), line.ambiguous),
         "failed": (str(line.failed), line.failed),
         "AURC": _number(line.aurc, 3),

@@ -44,7 +44,7 @@ class Row(TypedDict):
     residual_px: float | None  # of the truth on its control points, in cells of A
     extent_px: float | None  # diagonal of A's known cells
     outcome: Outcome  # by the method's own verdict
-    checked_outcome: Outcome  # by the verdict that `merge` acts on: the judge's on what other methods accept
+    checked_outcome: Outcome | None  # by the verdict that `merge` acts on, the judge's; None where it was not asked
     verdict: Verdict | None
     confidence: float | None
     candidates: list[list[list[float]]] | None  # 2x3 pixel matrices, B to A, best first
@@ -137,7 +137,7 @@ _CONTAINERS = MappingProxyType(
 )
 
 
-def checked_outcome(row: Row) -> Outcome:
+def checked_outcome(row: Row) -> Outcome | None:
     """Return the outcome by the verdict that `merge` acts on; of rows of version 0.1, by the method's own."""
     return row.get("checked_outcome", row["outcome"])
 
