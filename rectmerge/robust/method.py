@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from rectmerge.hints import Guess, Hint
 from rectmerge.robust import reasons
 from rectmerge.robust.certificate import ScoreCertificate, certify
 from rectmerge.robust.exact import Answer, make_exact
+from rectmerge.robust.outside import without_outside
 from rectmerge.robust.params import Params
 from rectmerge.robust.prepared_map import PreparedMap
 from rectmerge.robust.search import Search, search
@@ -31,6 +32,7 @@ class Robust(Params):
     face: the faces that match a face of the other map with the same normal, and the walls where the other map is free.
     The best has to hold against every shift and quarter turn at its own scale, and, unless it is sure, against the
     mirror image; it is accepted if it is then the one probable answer, and made exact on the cells of the given maps.
+    Where nothing is accepted and one map is white around its building, its outside is taken as unknown instead.
 
     The parameters are those of `rectmerge.robust.params.Params`.
     """
@@ -56,6 +58,23 @@ class Robust(Params):
         rng: np.random.Generator,
     ) -> Alignment:
         """Place B on A as `align` does, with a hint about the placement."""
+        alignment = self._align(hint, a, b, scale=scale, rng=rng)
+        inside = without_outside(a, self.outside), without_outside(b, self.outside)
+        whites = [name for name, map_, whole in zip("AB", inside, (a, b), strict=True) if map_ is not whole]
+        if alignment or len(whites) != 1:  # two white outsides agree, as two unknown ones do
+            return alignment
+        again = self._align(hint, *inside, scale=scale, rng=rng)
+        return replace(again, reason=reasons.without_outside(again.reason, whites[0])) if again else alignment
+
+    def _align(
+        self,
+        hint: Hint | None,
+        a: OccupancyGrid,
+        b: OccupancyGrid,
+        *,
+        scale: tuple[float, float],
+        rng: np.random.Generator,
+    ) -> Alignment:
         # prepare both maps
         maps = PreparedMap.from_grid(a, self), PreparedMap.from_grid(b, self)
         if missing := self._missing_walls(maps):

@@ -264,9 +264,21 @@ class CertificateParams(Group):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class OutsideParams(Group):
+    """Pictures of a map that are white around the building."""
+
+    min_known_share: float = param(0.95, "share", HAND)  # of the convex hull of what is known: robots leave gaps
+    min_free_edge: float = param(0.9, "share", HAND)  # of the edge of that hull
+    edge_cells: tuple[float, ...] = param((2.0, 4.0), "cells", HAND, length=2)  # of the edge; turned ones are ragged
+    gap_share: float = param(0.035, "share", HAND)  # half of the widest gap that is closed, of the root of the area
+    min_inside_share: float = param(0.12, "share", HAND)  # of the free cells; what is less was a hall
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Params(Group):
     """Parameters of the method: the stages in order, and the number of candidates reported."""
 
+    outside: OutsideParams = dataclasses.field(default_factory=OutsideParams)
     prepare: PrepareParams = dataclasses.field(default_factory=PrepareParams)
     faces: FaceParams = dataclasses.field(default_factory=FaceParams)
     gain: GainParams = dataclasses.field(default_factory=GainParams)

@@ -29,6 +29,11 @@ def accepted(evidence: Evidence, agreement: Agreement, params: ReasonParams) -> 
     return f"{said}; they are bent against each other" if _is_bent(evidence, params) else said
 
 
+def without_outside(reason: str, name: str) -> str:
+    """Add to a reason that the outside of a map was taken as unknown."""
+    return f"{reason}; the white outside of map {name} was taken as unknown"
+
+
 def not_accepted(
     verdict: Verdict, evidence: Evidence, agreement: Agreement, maps: Mapping[str, MapFacts], params: ReasonParams
 ) -> str:
