@@ -20,9 +20,10 @@ def node(
 ) -> None:
     """Merge the maps of robots while they explore: a node of ROS 2, which runs until it is interrupted.
 
-    It subscribes to the map of every robot, on /ROBOT/map unless --topics says otherwise, and publishes the merged map
-    on /map, a transform for every robot in it, and the reason for every robot that is not on /diagnostics. Until
-    something is sure, /map is the map of the reference alone. Every option is a parameter of ROS as well.
+    It subscribes to the map of every robot, on /ROBOT/map unless --topics says otherwise, and to its map_updates where
+    ROS has map_msgs. It publishes the merged map on /map, a transform for every robot in it, and on /diagnostics the
+    reason for every robot that is not. Until something is sure, /map is the map of the reference alone. Every option is
+    a parameter of ROS as well.
     """
     from rectmerge.extras import require_extras
     from rectmerge.live.settings import Settings

@@ -1,11 +1,13 @@
-"""Map of a nav_msgs/OccupancyGrid message."""
+"""Map of a nav_msgs/OccupancyGrid message, and the updates of its parts."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rectmerge.errors import InputError, MapFileError
 from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS, OCCUPIED, UNKNOWN, OccupancyGrid, unusable
@@ -37,18 +39,57 @@ def grid_of_message(message: Any, name: str) -> OccupancyGrid:
         raise MapFileError(f"{name}: {width} x {height} cells; there may be {limit}: crop it to its known cells")
     if cells.size != width * height:
         raise MapFileError(f"{name}: {cells.size} cells are not the stated {width} x {height}; record another")
-    known = np.where((cells < UNKNOWN) | (cells > OCCUPIED), np.int8(UNKNOWN), cells)
     position = info.origin.position
     try:
         yaw = _to_yaw(info.origin.orientation)
         resolution = float(str(np.float32(info.resolution)))
         frame = str(message.header.frame_id).lstrip("/") or None  # tf2 knows no leading slash, though ROS 1 wrote it
-        grid = OccupancyGrid(known.reshape(height, width)[::-1], resolution, (position.x, position.y, yaw), frame)
+        grid = OccupancyGrid(_picture(cells, height, width), resolution, (position.x, position.y, yaw), frame)
     except InputError as error:
         raise MapFileError(f"{name}: {error}; its publisher must mend that") from None
     if why := unusable(grid):
         raise MapFileError(f"{name}: {why}; is it the right topic, and a finished map?")
     return grid
+
+
+def updated(grid: OccupancyGrid, message: Any, name: str) -> OccupancyGrid:
+    """Write a map_msgs/OccupancyGridUpdate into the map that it belongs to.
+
+    Parameters
+    ----------
+    grid
+        The map.
+    message
+        Update: `data`, rows from the bottom up, of `width` x `height` cells whose lower-left one is (`x`, `y`), counted
+        from the map's lower-left cell.
+    name
+        Name of the update in errors.
+
+    Raises
+    ------
+    MapFileError
+        If the update does not lie on the map, or leaves no cell free.
+    """
+    cells = np.asarray(message.data, dtype=np.int8)
+    x, y, width, height = (int(part) for part in (message.x, message.y, message.width, message.height))
+    if cells.size != width * height:
+        raise MapFileError(f"{name}: {cells.size} cells are not the stated {width} x {height}")
+    rows, columns = grid.shape
+    if min(x, y) < 0 or x + width > columns or y + height > rows:
+        part = f"{width} x {height} cells at ({x}, {y})"
+        raise MapFileError(f"{name}: {part} reach outside the map of {columns} x {rows}: send the whole map")
+    occupancy = grid.occupancy.copy()
+    occupancy[rows - y - height : rows - y, x : x + width] = _picture(cells, height, width)
+    whole = replace(grid, occupancy=occupancy)
+    if why := unusable(whole):
+        raise MapFileError(f"{name}: {why} after it")
+    return whole
+
+
+def _picture(cells: NDArray[np.int8], height: int, width: int) -> NDArray[np.int8]:
+    """Return a message's cells with the top row first; values that mean nothing are unknown."""
+    known = np.where((cells < UNKNOWN) | (cells > OCCUPIED), np.int8(UNKNOWN), cells)
+    return known.reshape(height, width)[::-1]
 
 
 def _to_yaw(quaternion: Any) -> float:

@@ -153,8 +153,9 @@ class LiveMerger:
         versions = {name: self._maps[name].version for name in sorted(rests_on)}
         maps = self._maps[self.reference].newest, self._maps[robot].newest
         known = self._earlier.placements.get(robot) if self._earlier.reference == self.reference else None
-        is_sure = placement.confidence >= self._params.least_confidence
-        result = track.accept(placement.to_reference, versions, maps, self._params, known, is_sure)
+        result = track.accept(
+            placement.to_reference, versions, maps, self._params, known, placement.confidence, self._question(robot)
+        )
         if result is None:
             return []
         change, moved = result
@@ -162,6 +163,10 @@ class LiveMerger:
         if change == "moved":
             reason = f"{reason}: {moved:.1f} cells from where it was"
         return [Event(robot, self.reference, change, reason, placement.confidence)]
+
+    def _question(self, robot: str) -> int:
+        """Return the number of different pairs that the maps of a robot and of the reference have been."""
+        return self._maps[robot].version + self._maps[self.reference].version - 1
 
     def _why_not(self, robot: str, graph: AlignmentGraph) -> str:
         if robot in graph.left_out:
@@ -191,13 +196,15 @@ class LiveMerger:
                 "warn", "the newest maps contradict its place: they are asked again", "pending", confidence
             )
         if placement is not None:
-            return RobotStatus("warn", self._waiting(track, placement.confidence), "pending", confidence)
+            return RobotStatus("warn", self._waiting(robot, placement.confidence), "pending", confidence)
         return RobotStatus("warn", self._why_not(robot, self._graph), "left out")
 
-    def _waiting(self, track: Track, confidence: float) -> str:
-        if confidence < self._params.least_confidence:
-            asked = self._params.least_confidence
-            return f"fits with a confidence of {confidence:.2f}; {asked:g} is asked of growing maps"
+    def _waiting(self, robot: str, confidence: float) -> str:
+        track, asked = self._tracks[robot], self._params.least_confidence
+        if track.accepts >= self._params.accepts:
+            asked = self._params.confidence_asked(self._question(robot))
+        if confidence < asked:
+            return f"fits with a confidence of {confidence:.4f}; {asked:.4f} is asked of maps that were asked often"
         count = f"{track.accepts} of {self._params.accepts} answers agree"
         return f"{count}; the next one is asked when a map has changed by {100 * self._params.growth:.0f} %"
 

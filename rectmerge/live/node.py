@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import sys
 import threading
@@ -26,7 +27,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from rectmerge.errors import InputError, RectMergeError
-from rectmerge.io.occupancy_message import grid_of_message
+from rectmerge.grid import OccupancyGrid
+from rectmerge.live.inbox import MapInbox
 from rectmerge.live.memory import Memory
 from rectmerge.live.merger import LiveMerger
 from rectmerge.live.params import LiveParams
@@ -38,6 +40,8 @@ from rectmerge.similarity import Similarity
 
 MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
 LONGEST_END_S = 1.5  # an interrupt ends the node within 2 s
+UPDATES = "_updates"  # after the topic of a map, that of its updates
+UPDATE_DEPTH = 10  # updates that wait for the node's callbacks; later ones are lost
 MOST_ROBOTS = 100  # transforms that a late subscriber gets
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE)
 VOLATILE = QoSProfile(depth=1, durability=DurabilityPolicy.VOLATILE, reliability=ReliabilityPolicy.RELIABLE)
@@ -53,7 +57,7 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
 
     Notes
     -----
-    Callbacks keep the newest message of each robot alone; a thread takes them at the given rate. What comes faster is
+    Callbacks keep the newest map of each robot alone; a thread takes them at the given rate. What comes faster is
     dropped.
     """
 
@@ -69,7 +73,7 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
             params=LiveParams(accepts=self.settings.accepts),
             memory=memory,
         )
-        self._lock, self._inbox, self._frames = threading.Lock(), dict[str, Any](), dict[str, str]()
+        self._inbox, self._frames = MapInbox(), dict[str, str]()
         self._subscriptions_by_robot: dict[str, Sequence[Any]] = {}
         self._sent_grid: object = None
         self._sent: dict[str, tuple[str, Similarity]] = {}
@@ -86,14 +90,10 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
         """Take the newest maps, merge, and publish what has changed."""
         if not self.settings.robots:
             self._discover()
-        with self._lock:
-            messages, self._inbox = self._inbox, {}
-        for robot, message in messages.items():
-            self._frames[robot] = message.header.frame_id.lstrip("/")
-            try:
-                self._merger.update(robot, grid_of_message(message, f"the map of {robot}"))
-            except RectMergeError as fault:
-                self._merger.update(robot, fault)
+        for robot, newest in self._inbox.take().items():
+            if isinstance(newest, OccupancyGrid):
+                self._frames[robot] = newest.frame or ""
+            self._merger.update(robot, newest)
         published = self._merger.step()
         for event in published.events:
             self.get_logger().info(f"{event.robot} {event.change}: {event.reason}")
@@ -126,18 +126,19 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
                 self._subscribe(robot)
 
     def _subscribe(self, robot: str) -> None:
-        """Subscribe to a robot's map, latched or not."""
+        """Subscribe to a robot's map, latched or not, and to its updates where ROS has their type."""
         if robot in self._subscriptions_by_robot:
             return
 
-        def keep(message: Any) -> None:
-            with self._lock:
-                self._inbox[robot] = message
+        def put(message: Any, about: Any) -> None:
+            self._inbox.put(robot, message, about["source_timestamp"])
 
         topic = self.settings.topic_of(robot)
-        self._subscriptions_by_robot[robot] = [
-            self.create_subscription(GridMessage, topic, keep, quality) for quality in (LATCHED, VOLATILE)
-        ]
+        subscriptions = [self.create_subscription(GridMessage, topic, put, quality) for quality in (LATCHED, VOLATILE)]
+        if (update_type := update_message_type()) is not None:
+            update = functools.partial(self._inbox.update, robot)
+            subscriptions.append(self.create_subscription(update_type, topic + UPDATES, update, UPDATE_DEPTH))
+        self._subscriptions_by_robot[robot] = subscriptions
 
     def _remember(self) -> None:
         if self._memory_file is None:
@@ -201,6 +202,15 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
         except ImportError:
             return None
         return self.create_publisher(TFMessage, "/tf_static", LATCHED), TFMessage
+
+
+def update_message_type() -> Any:
+    """Return map_msgs/OccupancyGridUpdate, None where ROS has it not: there is no wheel of map_msgs."""
+    try:
+        from map_msgs.msg import OccupancyGridUpdate
+    except ImportError:
+        return None
+    return OccupancyGridUpdate
 
 
 def run(defaults: Settings, ros_arguments: Sequence[str] = ()) -> None:

@@ -36,6 +36,8 @@ class RobotMap:
 
     def consider(self, params: LiveParams) -> bool:
         """Make the newest map the considered one if it differs enough; return whether it does."""
+        if self.considered is self.newest:
+            return False
         if self.considered is not None and changed_share(self.considered, self.newest) < params.growth:
             return False
         self.considered = self.newest

@@ -45,7 +45,8 @@ class Track:
         maps: tuple[OccupancyGrid, OccupancyGrid],
         params: LiveParams,
         remembered: Similarity | None = None,
-        is_sure: bool = True,
+        confidence: float = 1.0,
+        question: int = 1,
     ) -> tuple[Change, float] | None:
         """Take an answer that places the robot; return what changes, and by how many cells of the reference.
 
@@ -61,14 +62,16 @@ class Track:
             Rules.
         remembered
             Placement of an earlier run, which counts as one answer.
-        is_sure
-            Whether the answer counts; another one can only confirm what is published.
+        confidence
+            Of the answer, 0..1. One that is not sure enough to count can only confirm what is published.
+        question
+            Number of questions that were asked about the robot, this one included.
         """
         self.refusals = 0
         if self.published is not None and _moved(self.published, placement, maps) <= params.max_move_cells:
             self.published, self.pending, self.accepts = placement, None, 0
             return None
-        if not is_sure:
+        if confidence < params.least_confidence:
             self.pending, self.accepts = None, 0
             return None
         if self.pending is None or _moved(self.pending, placement, maps) > params.max_move_cells:
@@ -77,7 +80,7 @@ class Track:
         if dict(versions) != self.seen:
             self.accepts, self.seen = self.accepts + 1, dict(versions)
         self.pending = placement
-        if self.accepts < params.accepts:
+        if self.accepts < params.accepts or confidence < params.confidence_asked(question):
             return None
         change: Change = "joined" if self.published is None else "moved"
         moved = 0.0 if self.published is None else _moved(self.published, placement, maps)

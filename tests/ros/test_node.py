@@ -1,6 +1,8 @@
 """The node on a real ROS 2: its own process, robots in theirs, and a listener here."""
 
 import signal
+import sys
+from types import SimpleNamespace
 
 import pytest
 
@@ -8,6 +10,7 @@ pytest.importorskip("rclpy", reason="there is no rclpy: pip install 'rectmerge[l
 
 from rectmerge.analysis.displacement import displacement_cells
 from rectmerge.grid import map_frame_to_pixels
+from rectmerge.live.node import update_message_type
 from rectmerge.similarity import Similarity
 from tests.rectmerge.live.growing import B_IN_A, A, B
 from tests.ros.domain import LONGEST_S
@@ -81,6 +84,15 @@ def test_a_bad_parameter_is_one_line_and_no_start(start, words, fault):
     assert fault in errors
     ours = [line for line in errors.splitlines() if "[rcl]" not in line]  # ROS adds its own word on its own arguments
     assert len(ours) == 1
+
+
+def test_updates_of_maps_are_heard_where_their_type_is_there(monkeypatch):
+    stand_in = SimpleNamespace(OccupancyGridUpdate=object())
+    monkeypatch.setitem(sys.modules, "map_msgs", SimpleNamespace(msg=stand_in))
+    monkeypatch.setitem(sys.modules, "map_msgs.msg", stand_in)
+    assert update_message_type() is stand_in.OccupancyGridUpdate
+    monkeypatch.setitem(sys.modules, "map_msgs.msg", None)
+    assert update_message_type() is None
 
 
 def test_without_ros_the_command_says_what_to_install(start, tmp_path):

@@ -63,7 +63,7 @@ def test_a_published_placement_is_taken_out_after_refusals_of_different_maps():
 
 def test_an_answer_that_is_not_sure_confirms_and_does_nothing_else():
     track = Track()
-    unsure = {"params": PARAMS, "is_sure": False}
+    unsure = {"params": PARAMS, "confidence": 0.94}
     for version in (1, 2, 3):
         assert track.accept(HERE, {"b": version}, (A, B), **unsure) is None
     assert track.published is None
@@ -72,6 +72,23 @@ def test_an_answer_that_is_not_sure_confirms_and_does_nothing_else():
     assert track.published == NEAR
     assert track.accept(FAR, {"b": 7}, (A, B), **unsure) is None
     assert track.published == NEAR
+
+
+def test_the_more_questions_were_asked_the_surer_the_last_answer_must_be():
+    track = Track()
+    answer = {"params": PARAMS, "confidence": 0.98}
+    assert track.accept(HERE, {"b": 1}, (A, B), question=1, **answer) is None
+    assert track.accept(HERE, {"b": 2}, (A, B), question=2, **answer) is None  # two that agree, but 0.9917 is asked
+    surer = {"params": PARAMS, "confidence": 0.997}
+    assert track.accept(HERE, {"b": 3}, (A, B), question=3, **surer) == ("joined", 0.0)
+
+
+def test_the_risk_of_all_questions_is_no_more_than_that_of_one():
+    shares = [1.0 - PARAMS.confidence_asked(question) for question in range(1, 10_001)]
+
+    assert sum(shares) == pytest.approx(1.0 - PARAMS.least_confidence, rel=1e-3)
+    assert sum(shares) < 1.0 - PARAMS.least_confidence
+    assert shares == sorted(shares, reverse=True)
 
 
 def test_a_remembered_placement_counts_as_one_answer_where_it_agrees():
