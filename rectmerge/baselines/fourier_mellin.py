@@ -48,7 +48,7 @@ class FourierMellin:
     registration", IEEE Transactions on Image Processing 5(8), 1996, DOI 10.1109/83.506761. The method finds the scale
     itself: nothing was added but that only scales within the bounds are looked at. One peak and a spectrum as fine as
     the image are theirs; the threshold of rejection is our choice. For the translation the square is doubled, so that a
-    shift is not mistaken for another one modulo its side.
+    shift is not mistaken for another one modulo its side. Not compared with the authors' program.
     """
 
     name: ClassVar[str] = "fourier-mellin"

@@ -63,7 +63,8 @@ class HoughSpectrum:
 
     Extended for unknown scale: the Hough spectrum's peaks do not depend on it, so turns are found once; B's points are
     multiplied by each scale before the X and Y spectra are taken. A map shrunk into the other's free space disagrees
-    with it little, which the acceptance index does not see; the share of shared walls does.
+    with it little, which the acceptance index does not see; the share of shared walls does. Not compared with the
+    author's program.
     """
 
     name: ClassVar[str] = "hough-spectrum"

@@ -65,7 +65,7 @@ class Icp:
     one direction only would shrink B into any dense spot of A, so correspondences of both directions are fitted
     together. The score is the geometric mean of the two shares of walls that match. None of the articles is about
     maps: starts and thresholds are ours, and `accept_at` is a half, "most walls match". The random generator chooses
-    the points.
+    the points. Not compared with the authors' program.
     """
 
     name: ClassVar[str] = "icp"

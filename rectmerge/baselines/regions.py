@@ -54,7 +54,7 @@ class Regions:
     each giving a hypothesis; these are clustered, and the cluster under which most regions associate wins. The scale is
     unknown there, too: nothing was added but its bounds. This is written from the outline of the method, not from its
     details: regions are what is left of the free space at several distances from walls, a box is laid on another by
-    least squares, and association, clusters and all parameters are ours.
+    least squares, and association, clusters and all parameters are ours. Not compared with the authors' program.
     """
 
     name: ClassVar[str] = "regions"

@@ -65,6 +65,7 @@ class StochasticSearch:
     article where it is slow: psi is taken over a choice of cells, and distances of A's cells are looked up in B's own
     distance map, along B's axes, times the scale; agreement counts as a share, so that c_lock does not depend on the
     size of a map. Several shorter walks replace a long one. The parameters are ours.
+    Not compared with the authors' program.
     """
 
     name: ClassVar[str] = "stochastic-search"

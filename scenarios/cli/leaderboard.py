@@ -30,8 +30,9 @@ def tune(
     """Tune the methods of the leaderboard, all with one budget, and print what scenarios/bench/tuned.toml takes.
 
     The first configuration of each is its authors' own; the others are drawn from its space in
-    scenarios/bench/entrants.toml. Taken is what is right and accepted most often less wrong and accepted, at its
-    best threshold. Interrupted and called again it goes on where it was.
+    scenarios/bench/entrants.toml. Taken is the one with the least area under the risk-coverage curve, and its threshold
+    changes only where right less wrong answers get more by over a standard error. Interrupted and called again it goes
+    on where it was.
     """
     require_extras("tomli_w")
     import tomli_w

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 from scenarios.leaderboard.plans import REAL
 from scenarios.leaderboard.prediction import OVERLAPS, kendall_tau, matched_overlap, successes, tau_interval
+from scenarios.report.difficulty import leaders, leaders_line, leaders_map
 from scenarios.report.reading import TRACKS, Runs, TrackResults
 from scenarios.report.standings import as_cells, standings
 from scenarios.scoring.row import versions_line
@@ -41,6 +42,7 @@ def page(runs: Runs, reported: Mapping[str, str] | None = None) -> str:
     parts = [INTRODUCTION]
     for track_results in runs.tracks:
         parts += [f"## {track_results.name}\n", _size(track_results), leaderboard(track_results, statuses)]
+        parts += difficulty(track_results)
     parts += [SUBMISSIONS_EXPLAINED] if statuses else []
     return "\n".join([*parts, "## Does simulation predict reality?\n", prediction(runs.tracks), _provenance(runs)])
 
@@ -54,6 +56,15 @@ def leaderboard(track_results: TrackResults, reported: Mapping[str, str]) -> str
         heads.append("reported")
         rows = [[*row, reported.get(row[0], "run here")] for row in rows]
     return markdown(heads, rows)
+
+
+def difficulty(track_results: TrackResults) -> list[str]:
+    """Return the first methods of each box of a difficulty grid; nothing of other suites."""
+    if not (first := leaders(track_results)):
+        return []
+    table = leaders_map(first)
+    rows = [(name, *(cell.text for cell in cells)) for name, cells in table.lines]
+    return [f"{FIRST_EXPLAINED}{leaders_line(first)}\n", markdown(("overlap", *table.columns), rows)]
 
 
 def prediction(tracks: Sequence[TrackResults]) -> str:
@@ -112,6 +123,9 @@ names its source, our own choices, and the extension for an unknown scale.
 SUBMISSIONS_EXPLAINED = """*Reported*: labels with a name in brackets are submissions; a dash stands for what they lack.
 What is *self-reported* is the word of who handed it in; what is *verified* was run again, with the same result on all
 rows or on as many as it says. Times are of their machines.
+"""
+FIRST_EXPLAINED = """The first of each box, with its pairs right and accepted; of equals who has fewest wrong ones
+accepted.
 """
 PREDICTION_EXPLAINED = """Right and accepted at equal true overlap, on simulated (`standard`) and real pairs
 (`real_maps`, `real_lasers`). Real hand-held maps bend; simulated ones mostly do not.

@@ -10,7 +10,7 @@ from rectmerge.errors import InputError
 from rectmerge.extras import require_extras
 from rectmerge.io.atomic_file import replace_file
 from rectmerge.view.embedding import as_script, package_text
-from scenarios.report import charts, merged_quality
+from scenarios.report import charts, difficulty, merged_quality
 from scenarios.report.bends import bend_cells
 from scenarios.report.gallery import gallery
 from scenarios.report.latex import latex
@@ -76,6 +76,7 @@ def _section(track_results: TrackResults, runs: Runs) -> dict[str, Any]:
     """Return the content of the section of one suite and track."""
     lines = standings(track_results)
     shown = charts.shown_lines(track_results, lines)
+    first = difficulty.leaders(track_results)
     return {
         "name": track_results.name,
         "pairs": len({row["pair_id"] for row in track_results.rows}),
@@ -84,6 +85,9 @@ def _section(track_results: TrackResults, runs: Runs) -> dict[str, Any]:
         "tie": tie(lines),
         "shown": list(shown),
         "merged": merged_quality.as_cells(merged_quality.qualities(shown, runs.maps)),
+        "first": difficulty.leaders_map(first) if first else None,
+        "first_line": difficulty.leaders_line(first) if first else "",
+        "heat_maps": difficulty.heat_maps(track_results),
         "bends": bend_cells(track_results.by_method()),
         "success": charts.success_charts(shown),
         "recall": charts.recall_chart(shown),
