@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from scenarios.leaderboard.page import page
@@ -6,6 +8,7 @@ from scenarios.report.page import html
 from scenarios.report.reading import Runs, TrackResults
 from scenarios.scoring.row import empty_row
 from scenarios.suites.suite import load_suite
+from sim.floorplans import Apartment
 
 
 def answers(method, variant, outcomes, *, noise=0, e=0.004, cpu=0.5):
@@ -66,6 +69,23 @@ def test_the_suite_has_54_boxes_of_20_pairs_with_two_of_each_family():
     families = [(source.scenario.mission.overlap, source.scenario.world.family) for source in sources]
     assert {families.count(family) for family in families} == {2}
     assert all(str(s.scenario.mission.overlap) in v.name for s in sources for v in s.scenario.variants)
+
+
+@pytest.mark.sim
+def test_pairs_of_the_suite_know_their_box():
+    source = load_suite("grid").missions()[-1]
+    small = replace(
+        source.scenario,
+        variants=source.scenario.variants[-1:],
+        noise=(1,),
+        world=Apartment(size_m=(11.0, 9.0), rooms=3),
+        mission=replace(source.scenario.mission, max_seconds=40.0),
+    )
+
+    (pair,) = replace(source, scenario=small).mission_pairs().pairs
+
+    assert list(boxes_of([{"info": pair.info}])) == [Box(2, "1", 0.9)]
+    assert pair.residual_px > 0
 
 
 def test_a_heat_map_has_counts_errors_and_times():
