@@ -15,8 +15,8 @@ from scenarios.bench.resume import RESULTS, SUMMARY, read_row_file
 from scenarios.scoring.score import Outcome
 from scenarios.scoring.statistics import clustered_difference
 from scenarios.scoring.summary import STRATA, strata_of
+from scenarios.studies.speed import SLOWER_AT_MOST, SpeedRatio, Timed, compare_speed, machine_of
 
-RATE_TOLERANCE = 0.02  # of the pairs
 ERROR_TOLERANCE = 0.10  # of the baseline's median error,
 ERROR_TOLERANCE_PX = 0.05  # and this many cells
 Rate = tuple[str, tuple[Outcome, ...], int]  # name, outcomes, sign of improvement
@@ -39,6 +39,7 @@ class Compared:
     strata: tuple[str, ...]
     outcome: str
     e_px: float
+    cpu_s: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,18 +105,22 @@ def compare_runs(run: str | Path, baseline: str | Path) -> Comparison:
     common = [key for key in before if key in now]
     if not common:
         raise InputError(f"{run} and {baseline} have no pair and method in common")
+    timed = [{key: Timed(row.place, row.cpu_s) for key, row in rows.items()} for rows in (now, before)]
+    speed = compare_speed(timed[0], timed[1], [machine_of(Path(path)) for path in (run, baseline)])
     lines: list[ComparisonLine] = []
     for method in sorted({method for method, _ in common}):
         for stratum in STRATA:
             keys = [key for key in common if key[0] == method and stratum in before[key].strata]
             if keys:
                 lines += _lines(method, stratum, [now[key] for key in keys], [before[key] for key in keys])
+        if method in speed.ratios:
+            lines.append(_speed_line(method, speed.ratios[method]))
     notes = [
         f"{len(rows) - len(common)} of {len(rows)} rows of the {name} have no partner and are left out."
         for name, rows in (("run", now), ("baseline", before))
         if len(rows) > len(common)
     ]
-    return Comparison(lines, notes)
+    return Comparison(lines, [*notes, *([speed.note] if speed.note else [])])
 
 
 def _read_rows(path: Path) -> dict[tuple[str, str], Compared]:
@@ -133,9 +138,9 @@ def _read_rows(path: Path) -> dict[tuple[str, str], Compared]:
 
 
 def _compared(row: Mapping[str, Any]) -> Compared:
-    return Compared(
-        row["place"], strata_of(row), row["outcome"], float(row["errors"]["e_px"]) if row["errors"] else math.inf
-    )
+    e_px = float(row["errors"]["e_px"]) if row["errors"] else math.inf
+    cpu_s = (row.get("seconds") or {}).get("cpu")
+    return Compared(row["place"], strata_of(row), row["outcome"], e_px, cpu_s)
 
 
 def _lines(method: str, stratum: str, now: Sequence[Compared], before: Sequence[Compared]) -> Iterator[ComparisonLine]:
@@ -143,9 +148,11 @@ def _lines(method: str, stratum: str, now: Sequence[Compared], before: Sequence[
     for what, outcomes, better in (*RIGHT_ANSWER.get(stratum, ACCEPTED), *RATES):
         hits = [[float(row.outcome in outcomes) for row in rows] for rows in (now, before)]
         mean, low, high = clustered_difference(hits[0], hits[1], places)
-        shown = [f"{sum(values):.0f} ({100 * sum(values) / n:.1f} %)" for values in hits]
+        counts = [int(sum(values)) for values in hits]
+        shown = [f"{count} ({100 * count / n:.1f} %)" for count in counts]
         difference = f"{100 * mean:+.1f} ({100 * low:+.1f} to {100 * high:+.1f})"
-        yield ComparisonLine(method, stratum, n, what, shown[1], shown[0], difference, better * mean < -RATE_TOLERANCE)
+        is_worse = better * (counts[0] - counts[1]) < 0
+        yield ComparisonLine(method, stratum, n, what, shown[1], shown[0], difference, is_worse)
     if stratum != "unrelated" and (line := _error_line(method, stratum, now, before)):
         yield line
 
@@ -168,6 +175,13 @@ def _error_line(
     return ComparisonLine(method, stratum, len(both), what, f"{medians[1]:.3f}", f"{medians[0]:.3f}", difference, worse)
 
 
+def _speed_line(method: str, speed: SpeedRatio) -> ComparisonLine:
+    change, low, high = (100 * (ratio - 1) for ratio in (speed.ratio, speed.low, speed.high))
+    difference = f"{change:+.1f} % ({low:+.1f} to {high:+.1f})"
+    before, now = f"{speed.before:.3f}", f"{speed.now:.3f}"
+    return ComparisonLine(method, "all", speed.n, "median CPU s", before, now, difference, speed.is_slower)
+
+
 def _table(lines: Sequence[ComparisonLine]) -> Iterator[str]:
     yield "| pairs | n | | baseline | run | difference | |"
     yield "| --- | --- | --- | --- | --- | --- | --- |"
@@ -180,7 +194,8 @@ def _table(lines: Sequence[ComparisonLine]) -> Iterator[str]:
 def _legend() -> str:
     return (
         "Differences are in percent of the pairs, with the 95 % interval by bootstrap over places on the same pairs; "
-        "of errors, the mean ratio where both are right. Worse: a rate by more than "
-        f"{100 * RATE_TOLERANCE:g} % of the pairs, a median error by more than {100 * ERROR_TOLERANCE:g} % and "
-        f"{ERROR_TOLERANCE_PX:g} cells. Bent, identifiable and unidentifiable pairs are in the other strata too."
+        "of errors, the mean ratio where both are right; of times, the mean ratio. Worse: a single pair fewer that is "
+        f"right, or more that is wrong or failed; a median error by more than {100 * ERROR_TOLERANCE:g} % and "
+        f"{ERROR_TOLERANCE_PX:g} cells; a time by more than {100 * SLOWER_AT_MOST:g} %, the interval above 0. "
+        "Bent, identifiable and unidentifiable pairs are in the other strata too."
     )

@@ -94,11 +94,67 @@ def test_what_became_worse_is_a_regression_and_its_reverse_is_none(compared, now
     assert what not in [line.what for line in compared(before + rest, now + rest).regressions]
 
 
-def test_a_change_within_the_tolerance_is_none(compared):
-    before = [row(i, e_px=1.0) for i in range(100)]
-    now = [row(0, "rejected"), *(row(i, e_px=1.08) for i in range(1, 100))]
+def test_one_pair_lost_of_a_hundred_is_a_regression_and_one_won_is_none(compared):
+    rows = [row(i) for i in range(100)]
+    fewer = [row(0, "rejected"), *rows[1:]]
+
+    assert [line.what for line in compared(fewer, rows).regressions] == ["right, accepted"]
+    assert compared(rows, fewer).regressions == []
+
+
+def test_a_larger_error_within_the_tolerance_is_none(compared):
+    before, now = ([row(i, e_px=e_px) for i in range(100)] for e_px in (1.0, 1.08))
 
     assert compared(now, before).regressions == []
+
+
+def timed(seconds, method="m", count=20):
+    """Rows of pairs whose answers take different times."""
+    times = [seconds * (1 + 0.3 * (i % 4)) for i in range(count)]
+    return [row(i, method=method) | {"seconds": {"cpu": cpu, "wall": 1.0}} for i, cpu in enumerate(times)]
+
+
+MACHINE = {"processor": "A", "cores": 2, "python": "3.11.7"}
+SPEEDS = {
+    "6 % slower": (timed(0.106), timed(0.1), ["median CPU s"]),
+    "6 % faster": (timed(0.1), timed(0.106), []),
+    "4 % slower": (timed(0.104), timed(0.1), []),
+    "a machine twice as slow": (
+        timed(0.2) + timed(0.06, "keypoints-akaze"),
+        timed(0.1) + timed(0.03, "keypoints-akaze"),
+        [],
+    ),
+    "slower on a faster machine": (
+        timed(0.06) + timed(0.015, "keypoints-akaze"),
+        timed(0.1) + timed(0.03, "keypoints-akaze"),
+        ["median CPU s"],
+    ),
+    "too short to tell": (timed(0.003), timed(0.001), []),
+    "one slow answer among many": ([*timed(0.1, count=19), timed(0.4)[19]], timed(0.1), []),
+}
+
+
+@pytest.mark.parametrize(("now", "before", "worse"), SPEEDS.values(), ids=SPEEDS)
+def test_five_percent_of_a_speed_ratio_are_a_regression(compared, tmp_path, now, before, worse):
+    for name in ("now", "before"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "machine.json").write_text(json.dumps(MACHINE))
+
+    assert [line.what for line in compared(now, before).regressions] == worse
+
+
+def test_times_of_two_machines_are_compared_by_the_yardstick_only(compared, tmp_path):
+    for name, processor in (("now", "A"), ("before", "B")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "machine.json").write_text(json.dumps({**MACHINE, "processor": processor}))
+
+    alone = compared(timed(0.2), timed(0.1))
+    assert alone.regressions == []
+    assert "Times are not compared: on two machines" in alone.page()
+
+    beside = compared(timed(0.2) + timed(0.03, "keypoints-akaze"), timed(0.1) + timed(0.03, "keypoints-akaze"))
+    assert [(line.method, line.difference) for line in beside.regressions] == [("m", "+100.0 % (+100.0 to +100.0)")]
+    assert "over that of `keypoints-akaze`" in beside.page()
 
 
 def test_differences_are_of_the_same_pairs_and_the_rest_is_told(compared):
