@@ -1,7 +1,13 @@
+import tomllib
+
 import pytest
 
 from rectmerge.cli import console
+from scenarios.bench.run import read_rows
 from scenarios.cli.main import app
+from scenarios.dataset.generate import generate
+from scenarios.suites.spec import Seeds
+from tests.scenarios.tiny_suite import TinySuite
 
 
 def leaderboard(*words):
@@ -34,3 +40,17 @@ def test_where_no_run_is_finished_that_is_said(tmp_path, capsys):
 
     assert "no run of the leaderboard is finished" in capsys.readouterr().err
     assert not (tmp_path / "README.md").exists()
+
+
+def test_a_method_is_tuned_on_the_training_pairs_alone(tmp_path, capsys):
+    generate(TinySuite(seeds=Seeds(count=4)), tmp_path / "set")  # two buildings of the split train
+    words = ["tune", tmp_path / "set", "-o", tmp_path / "run", "-m", "fourier-mellin", "--budget", 2, "--quiet"]
+
+    assert console.run(app, "rectbench", [*map(str, words)]) == console.YES
+
+    (table,) = tomllib.loads(capsys.readouterr().out)["contenders"]
+    assert (table["label"], table["method"]) == ("fourier-mellin-tuned", "fourier-mellin")
+    rows = read_rows(tmp_path / "run")
+    assert {row["method"] for row in rows} == {"fourier-mellin-0", "fourier-mellin-1"}
+    assert {row["info"]["split"] for row in rows} == {"train"}
+    assert len(rows) == 8
