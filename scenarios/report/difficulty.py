@@ -103,7 +103,7 @@ def leaders(track_results: TrackResults) -> dict[Box, Leader]:
 
 def leaders_map(first: Mapping[Box, Leader]) -> HeatMap:
     """Lay the first methods of each box out as a table."""
-    return _table("first", {box: Cell(text=str(leader)) for box, leader in first.items()})
+    return _table("first of each box", {box: Cell(text=str(leader)) for box, leader in first.items()})
 
 
 def leaders_line(first: Mapping[Box, Leader]) -> str:
