@@ -124,8 +124,9 @@ def leaderboard(
     if not folders:
         raise InputError(f"{output / RUNS}: no run of the leaderboard is finished; leave out --finished to run it")
     own = Runs.read(folders)
-    shown, reported = with_submissions(own, submissions, data_set_ids(folders, own) if submissions else {})
-    replace_file(output / "README.md", page(shown, reported).encode())
+    data_sets = data_set_ids(folders, own)
+    shown, reported = with_submissions(own, submissions, data_sets)
+    replace_file(output / "README.md", page(shown, reported, data_sets).encode())
     write_report(folders, output / "report.html", force=True)
     typer.echo(f"written: {output}")
 

@@ -13,6 +13,7 @@ from rectmerge.errors import InputError
 from scenarios.suites.spec import SecretSeeds, Seeds
 
 FEWEST_DIGITS, MOST_BYTES = 32, 1000  # of a secret: 128 bits; of its file
+NAME_DIGITS = 8  # of the hash, in names
 Made = TypeVar("Made")
 
 
@@ -55,10 +56,13 @@ def shifted(suite: Made, by: int) -> Made:
     return moved
 
 
-def mixed(suite: Made, secret: Secret) -> Made:
-    """Mix a secret into every seed that a suite names."""
-    made: Made = _changed(suite, lambda seeds: SecretSeeds(first=seeds.first, count=seeds.count, secret=secret.digits))
-    return made
+def mixed(suite: Any, secret: Secret) -> Any:
+    """Mix a secret into every seed that a suite names, and add the first digits of its hash to the suite's name.
+
+    So rows of hidden pairs, whose ids are those of the open ones, are of another suite.
+    """
+    made = _changed(suite, lambda seeds: SecretSeeds(first=seeds.first, count=seeds.count, secret=secret.digits))
+    return replace(made, name=f"{suite.name}-{secret.sha256[:NAME_DIGITS]}")
 
 
 def seeds_end(value: Any) -> int:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rectmerge.errors import InputError
 from scenarios.dataset.dataset_id import SHOWN_DIGITS
+from scenarios.dataset.reader import RowSource, dataset_name, open_dataset
 from scenarios.leaderboard.submission import Submission, data_set_record
 from scenarios.report.reading import TRACKS, Runs, TrackResults, dataset_of
 from scenarios.scoring.row import Row
@@ -59,10 +60,10 @@ def with_submissions(
 def data_set_ids(folders: Sequence[Path], runs: Runs) -> dict[str, str]:
     """Return the id of each suite's data set, of those that are still where the runs found them."""
     ids: dict[str, str] = {}
-    for folder in folders:
-        if (target := dataset_of(folder)) is not None:
-            record = data_set_record(target)
-            ids[record.name] = record.id
+    for target in filter(None, map(dataset_of, folders)):
+        (first, *_) = open_dataset(target)
+        suite = first.row().suite if isinstance(first, RowSource) else dataset_name(target)
+        ids[suite] = data_set_record(target).id
     return {track.suite: ids[track.suite] for track in runs.tracks if track.suite in ids}
 
 

@@ -28,7 +28,7 @@ COLUMNS = (
 PREDICTING = "standard"
 
 
-def page(runs: Runs, reported: Mapping[str, str] | None = None) -> str:
+def page(runs: Runs, reported: Mapping[str, str] | None = None, data_sets: Mapping[str, str] | None = None) -> str:
     """Return the page of finished runs.
 
     Parameters
@@ -37,11 +37,13 @@ def page(runs: Runs, reported: Mapping[str, str] | None = None) -> str:
         Runs made here, and the rows of submissions.
     reported
         Status of each label that is of a submission.
+    data_sets
+        Id of the data set of each suite, where it is known.
     """
-    statuses = reported or {}
+    statuses, ids = reported or {}, data_sets or {}
     parts = [INTRODUCTION]
     for track_results in runs.tracks:
-        parts += [f"## {track_results.name}\n", _size(track_results), leaderboard(track_results, statuses)]
+        parts += [f"## {track_results.name}\n", _size(track_results, ids), leaderboard(track_results, statuses)]
         parts += difficulty(track_results)
     parts += [SUBMISSIONS_EXPLAINED] if statuses else []
     return "\n".join([*parts, "## Does simulation predict reality?\n", prediction(runs.tracks), _provenance(runs)])
@@ -92,9 +94,13 @@ def prediction(tracks: Sequence[TrackResults]) -> str:
     return "\n".join([tau, PREDICTION_EXPLAINED, markdown(("method", "pairs", *heads), rows)])
 
 
-def _size(track_results: TrackResults) -> str:
+def _size(track_results: TrackResults, ids: Mapping[str, str]) -> str:
     pairs, places = ({row[key] for row in track_results.rows} for key in ("pair_id", "place"))
-    return f"{len(pairs)} pairs from {len(places)} places.\n\n{versions_line(track_results.rows)}".rstrip("\n") + "\n"
+    named = f" Data set `{ids[track_results.suite]}`." if track_results.suite in ids else ""
+    return (
+        f"{len(pairs)} pairs from {len(places)} places.{named}\n\n{versions_line(track_results.rows)}".rstrip("\n")
+        + "\n"
+    )
 
 
 def _provenance(runs: Runs) -> str:

@@ -151,7 +151,10 @@ def submission_of(run: Path) -> Submission:
         raise InputError(f"{run}: its data set is no longer where it was, and the submission needs its id; put it back")
     held = {pair_id for source in open_dataset(target) for pair_id in source.pair_ids}
     if lost := [row["pair_id"] for row in rows if row["pair_id"] not in held]:
-        raise InputError(f"{run}: {target} does not hold {lost[0]}: it is not the data set of this run")
+        raise InputError(
+            f"{run}: {target} does not hold {lost[0]}: another data set, or a pair that could not be made; "
+            "run on a data set that `rectbench generate` made"
+        )
     kept = tuple(sorted(map(_reduced, rows), key=lambda row: (row["method"], row["pair_id"])))
     return Submission(
         data_set=data_set_record(target),

@@ -62,6 +62,7 @@ def test_every_seed_of_a_suite_is_mixed_values_left_open_included():
         assert len(set(seeds)) == len(seeds)
         assert max(source._seed(purpose) for source in secrets) > 2**32  # too wide to be tried out
     assert [source.source_id for source in secrets] == [source.source_id for source in sources]
+    assert {source.suite for source in secrets} == {f"standard-{SECRET.sha256[:8]}"}
     assert [source.scenario.world for source in secrets] != [source.scenario.world for source in sources]
     assert pickle.loads(pickle.dumps(secrets[0])) == secrets[0]
 

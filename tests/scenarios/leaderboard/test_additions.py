@@ -48,6 +48,18 @@ def test_a_submission_stands_beside_the_others_and_says_whose_word_it_is(own, su
     assert "*Reported*" in text
 
 
+def test_the_page_names_the_data_set_by_its_id_while_that_is_there(own, submission, finished, tmp_path):
+    ids = data_set_ids([finished / "run"], own)
+
+    assert ids == {"tiny": submission.data_set.id}
+    assert f"Data set `{submission.data_set.id}`." in page(own, {}, ids)
+    run = shutil.copytree(finished / "run", tmp_path / "run")
+    record = (run / "run.toml").read_text()
+    (run / "run.toml").write_text(record.replace(str(finished / "tiny"), str(tmp_path / "gone")))
+    assert data_set_ids([run], own) == {}
+    assert "Data set" not in page(own, {}, {})
+
+
 def test_without_submissions_the_page_says_nothing_of_them(own):
     assert "eported" not in page(own)
 
