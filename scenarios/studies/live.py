@@ -112,8 +112,9 @@ def page(missions: Sequence[LiveMission], command: str) -> str:
     lines = [
         "# Live merging\n",
         "Missions of two simulated robots, replayed from their bags through the code of `rectmerge node`: a map comes",
-        "every five simulated seconds, and is merged once two answers agree. *Merged*: the second robot's map was",
-        "first published within the tolerance of the benchmark. *Overlap*: of both maps at that time, by the truth.\n",
+        "every five simulated seconds, and is merged once two answers agree and the last is sure enough for the number",
+        "of questions. *Merged*: the second robot's map was first published within the tolerance of the benchmark.",
+        "*Overlap*: of both maps at that time, by the truth.\n",
         f"    {command}\n",
         f"By commit {describe_machine(command)['commit'] or 'unknown'}.\n",
         f"{len(merged)} of {len(missions)} missions were merged rightly; {wrong} published placements were wrong.\n",

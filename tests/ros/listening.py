@@ -57,9 +57,10 @@ class Listener:
             assert time.monotonic() < end, f"not heard: {self.statuses}"
             self._executor.spin_once(timeout_sec=0.2)
 
-    def hears_node(self):
-        """Whether the node has begun to publish."""
-        return self._node.count_publishers("/diagnostics") > 0
+    def is_compared(self, robot):
+        """Whether the map of a robot has been compared with others."""
+        status = self.statuses.get(robot)
+        return status is not None and any(each.key == "verdict" and each.value for each in status.values)
 
     def listen(self, seconds):
         """Listen for a while."""
