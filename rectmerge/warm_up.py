@@ -5,15 +5,17 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import cv2
 import numpy as np
 
 from rectmerge import _kernels
-from rectmerge._kernels.compiling import after_each_compilation, cache_folder, is_compiled, kernels_of
+from rectmerge._kernels.compiling import after_each_compilation, cache_folder, is_cached, is_compiled, kernels_of
+from rectmerge._kernels.spline_lattice import gradients
 from rectmerge.aligning import align, check
 from rectmerge.alignment import Certifies
+from rectmerge.analysis.quality import measure_quality
 from rectmerge.elastic.unbend import unbend
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
 from rectmerge.methods import DEFAULT_METHOD, make_method
@@ -21,6 +23,10 @@ from rectmerge.rectangles import largest_rectangle
 from rectmerge.similarity import Similarity
 
 COMPILED_METHODS = ("paper", "stochastic-search")  # besides the default method; the others run no kernels of their own
+KERNELS_OF_OTHERS = (  # than the merging of maps by the default method
+    *("bounding.", "neighbours.", "orientation.", "random_walk.", "rmap.", "triangles."),
+    *("rectangles.largest", "runs.interval_end", "runs.best_in_interval"),
+)
 CERTIFIED_SCALE = (0.9, 1.1)
 SHIFT_CELLS = 2.2  # by which walls lie apart enough to be bent together
 CERTIFY_SECONDS = 1.0  # enough for one step of the search
@@ -44,19 +50,21 @@ class WarmUp(NamedTuple):
     cache: Path | None
 
 
-def warm_up(progress: Callable[[int, int], None] | None = None) -> WarmUp:
+def warm_up(progress: Callable[[int, int], None] | None = None, *, only_merging: bool = False) -> WarmUp:
     """Compile all kernels, or load them from the cache of this machine.
 
     Parameters
     ----------
     progress
         Called with the number of kernels that are ready, and of all, whenever one more has been compiled.
+    only_merging
+        Leave out the kernels that merging by the default method does not use.
 
     Examples
     --------
     ``warm_up(lambda ready, of: print(f"{ready} of {of}"))``
     """
-    kernels = kernels_of(_kernels)
+    kernels = [kernel for kernel in kernels_of(_kernels) if not only_merging or _is_of_merging(kernel)]
     started, compiled, shown = time.process_time(), 0, 0
 
     def count() -> None:
@@ -68,8 +76,15 @@ def warm_up(progress: Callable[[int, int], None] | None = None) -> WarmUp:
             shown = ready
 
     with after_each_compilation(count):
-        _use_all_kernels()
+        _merge_small_building()
+        if not only_merging:
+            _use_other_kernels()
     return WarmUp(compiled, time.process_time() - started, cache_folder(kernels[0]))
+
+
+def is_first_merge() -> bool:
+    """Return whether the kernels of merging are not yet in the cache of this machine; reads a file of 2 KB."""
+    return not is_cached(gradients)  # the last of them that a warm-up compiles
 
 
 def small_building() -> tuple[OccupancyGrid, OccupancyGrid]:
@@ -82,13 +97,23 @@ def small_building() -> tuple[OccupancyGrid, OccupancyGrid]:
     return OccupancyGrid(cells), OccupancyGrid(turned.view(np.int8))
 
 
-def _use_all_kernels() -> None:
+def _is_of_merging(kernel: Any) -> bool:
+    module = kernel.py_func.__module__.removeprefix(f"{_kernels.__name__}.")
+    return not f"{module}.{kernel.py_func.__name__}".startswith(KERNELS_OF_OTHERS)
+
+
+def _merge_small_building() -> None:
     a, b = small_building()
-    alignment = align(a, b)
-    pixels = alignment.candidates[0].pixels
+    align(a, b)
+    measure_quality(a)
+    unbend(a, a, Similarity(tx=SHIFT_CELLS, ty=SHIFT_CELLS))
+
+
+def _use_other_kernels() -> None:
+    a, b = small_building()
+    pixels = align(a, b).candidates[0].pixels
     check(a, b, pixels)
     cast(Certifies, make_method(DEFAULT_METHOD)).certify(a, b, pixels, scale=CERTIFIED_SCALE, seconds=CERTIFY_SECONDS)
     for name in COMPILED_METHODS:
         align(a, b, method=name)
     largest_rectangle(a.free)
-    unbend(a, a, Similarity(tx=SHIFT_CELLS, ty=SHIFT_CELLS))

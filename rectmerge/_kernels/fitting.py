@@ -151,7 +151,7 @@ def fit_to_fields(
             for k in range(4):
                 matrix[k, k] += 1e-6 * matrix[k, k] + (1.0 if k < 2 else 1e-9)
             p = stepped(p, solve(matrix, vector), 3 * reach, bounds)
-        placements[i] = p
+        placements[i, 0], placements[i, 1], placements[i, 2], placements[i, 3] = p  # a whole row takes 2 s to compile
 
 
 @kernel

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gc
 import logging
 import os
 import signal
@@ -30,6 +31,7 @@ AMBIGUOUS = 3
 INTERNAL = 70
 INTERRUPTED = 130
 AGAIN_SECONDS = 0.02  # until an interrupt that was lost is raised again
+OBJECTS_BEFORE_COLLECTION = 100_000  # imports make as many that stay: looking through them often costs a tenth
 _LOGGER = logging.getLogger("rectmerge")  # its level is what --quiet sets
 BROKEN_PIPE = 141  # as a shell reports a reader that went away; 1 would mean "no"
 
@@ -40,8 +42,10 @@ STATUS = {"accepted": YES, "rejected": NO, "ambiguous": AMBIGUOUS}  # of a verdi
 def end(app: typer.Typer, prog: str) -> NoReturn:
     """Run the command line of this process, as `run` does, and end the process with the status."""
     sys.unraisablehook = _raise_interrupts_again
+    gc.set_threshold(OBJECTS_BEFORE_COLLECTION)
     status = run(app, prog)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Python takes a moment to end, and nothing is left to interrupt
+    gc.freeze()  # else Python looks through all that numba made before it ends, 0.3 s
     sys.exit(status)
 
 

@@ -16,6 +16,7 @@ from rectmerge.cli.map_options import MapA, MapB, PairOptions
 from rectmerge.cli.merge_many import FleetOptions, MoreMaps, merge_many
 from rectmerge.cli.method_options import MethodOptions
 from rectmerge.cli.placement_options import PlacementOptions
+from rectmerge.cli.warm_up import compile_before_first_merge
 from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
@@ -144,6 +145,7 @@ def merge(
     grid_a, grid_b = read_maps(inputs)
     if cells != "a" and grid_a.resolution is None:
         raise InputError(f"{a}: its resolution is not known: give --resolution-a, or keep --output-resolution a")
+    compile_before_first_merge()
     alignment = _with_quality(
         placing.align(grid_a, grid_b, method=method, scale=scale, seed=solving.seed), grid_a, grid_b
     )

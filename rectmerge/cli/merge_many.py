@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rectmerge.cli import console
+from rectmerge.cli.warm_up import compile_before_first_merge
 from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
@@ -129,6 +130,7 @@ def merge_many(
     settings |= {"checked": is_checked}
     before = None if earlier is None else _earlier(earlier, settings)
     ask = PairAsker(method, scale, seed, is_checked=is_checked)
+    compile_before_first_merge()
     with options.executor() as executor:
         graph = build_graph(ordered, ask, earlier=before, executor=executor, progress=_progress(len(maps)))
     files: dict[str, bytes] = {}

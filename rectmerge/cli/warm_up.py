@@ -24,6 +24,15 @@ def warm_up() -> None:
     typer.echo(f"inner loops are ready: {work}; {kept}")
 
 
+def compile_before_first_merge() -> None:
+    """Compile what merging needs in one wait with progress, where nothing of it is compiled yet."""
+    from rectmerge.warm_up import is_first_merge
+    from rectmerge.warm_up import warm_up as compile_for
+
+    if is_first_merge():
+        compile_for(_Progress(), only_merging=True)
+
+
 class _Progress:
     """Progress of the compilation, noted every few seconds with the time that is left."""
 

@@ -2,10 +2,13 @@ import ast
 import importlib.util
 import logging
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from numba.core import config
 
 from rectmerge._kernels import compiling
+from rectmerge._kernels.wall_cells import known_bounds
 
 SOURCE = """
 from rectmerge._kernels.compiling import kernel
@@ -61,6 +64,24 @@ def test_a_process_says_it_once(notes, tmp_path):
 
     assert (one_more(1), one_more(1.5)) == (2, 2.5)
     assert len(notes.messages) == 1
+
+
+def test_only_kernels_are_optimised_lightly_and_what_they_call_with_them():
+    light, before = compiling._LightOptimisation(), config.OPT
+    kernel_event, other_event = (
+        SimpleNamespace(data={"dispatcher": SimpleNamespace(py_func=function)})
+        for function in (known_bounds.py_func, loaded)
+    )
+
+    light.on_start(other_event)
+    assert before == config.OPT
+    light.on_end(other_event)
+    light.on_start(kernel_event)
+    light.on_start(other_event)
+    light.on_end(other_event)
+    assert int(config.OPT) == 1
+    light.on_end(kernel_event)
+    assert before == config.OPT
 
 
 @pytest.mark.parametrize("folder", ["rectmerge/_kernels", "sim/_kernels"])

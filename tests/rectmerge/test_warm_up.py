@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+from rectmerge import _kernels
+from rectmerge._kernels.compiling import kernels_of
 from rectmerge.aligning import align
 from rectmerge.elastic.unbend import unbend
 from rectmerge.similarity import Similarity
@@ -29,6 +31,7 @@ def test_a_second_warm_up_compiles_nothing_and_reports_no_progress():
 
     assert warm_up(lambda *counts: calls.append(counts)).compiled == 0
     assert calls == []
+    assert [k.py_func.__name__ for k in kernels_of(_kernels) if len(k.signatures) > 1] == []  # each compiled once
 
 
 def test_the_drawn_building_is_one_that_the_methods_accept():
@@ -39,7 +42,7 @@ def test_the_drawn_building_is_one_that_the_methods_accept():
 
 
 @pytest.mark.slow  # compiles everything anew, half a minute of processor time
-def test_no_command_compiles_after_a_warm_up(tmp_path):
+def test_the_first_merge_compiles_in_one_wait_and_no_command_after_a_warm_up(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     for suffix in (".yaml", ".pgm"):
         shutil.copy(drawing.DATA / f"building_a{suffix}", tmp_path)
@@ -56,6 +59,12 @@ def test_no_command_compiles_after_a_warm_up(tmp_path):
         done = subprocess.run([sys.executable, "-c", code, *words], env=environment, capture_output=True, text=True)
         assert done.returncode in (0, 1, 3), done.stderr
         return done
+
+    first = run("merge A B -o OUT-first").stderr
+
+    assert first.count("compiling inner loops") == 1
+    assert "inner loops compiled, about" in first
+    assert "compiling" not in run("merge A B -o OUT-first --unbend always --force").stderr
 
     warmed = run("warm-up")
 
