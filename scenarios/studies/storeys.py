@@ -29,16 +29,17 @@ def write_page(run: Path, out: Path) -> None:
     rows = [row for row in read_rows(run) if row["suite"] == SUITE]
     if not rows:
         raise InputError(f"{run}: holds no rows of {SUITE}; make it with: rectbench run {SUITE} -o RUN")
-    commit = json.loads((run / MACHINE).read_text(encoding="utf-8")).get("commit") or "unknown"
-    replace_file(out, page(rows, str(commit)).encode())
+    made = json.loads((run / MACHINE).read_text(encoding="utf-8"))
+    origin = f"commit {made['commit'] or 'unknown'}; {made['processor']}, {made['cores']} cores"
+    replace_file(out, page(rows, origin).encode())
 
 
-def page(rows: Sequence[Row], commit: str) -> str:
-    """Return the page; `commit` made the run."""
+def page(rows: Sequence[Row], origin: str) -> str:
+    """Return the page; `origin` names the run's commit and machine."""
     alike = [row for row in rows if row["stratum"] == "unrelated"]
     changed = [row for row in rows if row["stratum"] != "unrelated"]
     parts = [
-        f"{INTRODUCTION}Run by commit {commit}.\n",
+        f"{INTRODUCTION}Run by {origin}.\n",
         versions_line(rows),
         "## Two storeys: never to be joined\n",
         storeys_table(alike),

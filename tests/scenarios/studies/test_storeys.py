@@ -42,12 +42,12 @@ def test_joins_of_two_storeys_and_of_one_are_counted_by_family():
 def test_the_page_lists_every_false_join_and_names_the_commit(tmp_path):
     (tmp_path / "results.jsonl").write_text("".join(json.dumps(line) + "\n" for line in ROWS))
     (tmp_path / "summary.json").write_text("{}")
-    (tmp_path / "machine.json").write_text('{"commit": "abc"}')
+    (tmp_path / "machine.json").write_text('{"commit": "abc", "processor": "Z80", "cores": 1}')
 
     storeys.write_page(tmp_path, tmp_path / "page.md")
 
     page = (tmp_path / "page.md").read_text()
-    assert "Run by commit abc." in page
+    assert "Run by commit abc; Z80, 1 cores." in page
     assert "| storeys loop-0-n1 | loop |" in page
 
 
