@@ -157,7 +157,7 @@ def find_conflict(layers: Sequence[NDArray[np.int8]], *, reach: int = CONFLICT_R
     """Mark walls of one layer, shape (H, W), on free space of another that has no wall within `reach` cells."""
     size = 2 * reach + 1
     views = [OccupancyGrid(layer) for layer in layers]
-    near = [cv2.dilate(g.occupied.view(np.uint8), np.ones((size, size), np.uint8)).astype(np.bool_) for g in views]
+    near = [cv2.dilate(g.occupied.view(np.uint8), np.ones((size, size), np.uint8)).view(np.bool_) for g in views]
     conflict = np.zeros(layers[0].shape, np.bool_)
     for i, j in combinations(range(len(views)), 2):
         conflict |= views[i].occupied & views[j].free & ~near[j]

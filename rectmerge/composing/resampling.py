@@ -79,8 +79,9 @@ def _canvas(grids: Sequence[OccupancyGrid], placements: Sequence[Similarity]) ->
 def known_ends(grid: OccupancyGrid) -> NDArray[np.float64]:
     """List the outer corners of the first and the last known cell of each row, in pixels, (N, 2)."""
     known = grid.occupancy != UNKNOWN
-    rows = np.flatnonzero(known.any(axis=1))
-    first, last = known[rows].argmax(axis=1), known.shape[1] - 1 - known[rows, ::-1].argmax(axis=1)
+    first, last = known.argmax(axis=1), known.shape[1] - 1 - cv2.flip(known.view(np.uint8), 1).view(bool).argmax(axis=1)
+    rows = np.flatnonzero(known[np.arange(len(known)), first])
+    first, last = first[rows], last[rows]
     ends = [np.stack([u, rows + half], axis=1) for u in (first - 0.5, last + 0.5) for half in (-0.5, 0.5)]
     return np.concatenate(ends)
 
@@ -115,6 +116,10 @@ def row_bands(first: int, last: int, width: int) -> Iterator[slice]:
 def _nearest(grid: OccupancyGrid, back: Similarity, rows: slice, cols: slice) -> NDArray[np.int8]:
     """Read a grid at the lattice pixels of a window, unknown outside; `back` takes lattice pixels to the grid's."""
     (a, b, tx), (c, d, ty) = back.matrix
+    if (a, b, c, d) == (1.0, 0.0, 0.0, 1.0) and tx.is_integer() and ty.is_integer():
+        return _cut_out(
+            grid, slice(rows.start + int(ty), rows.stop + int(ty)), slice(cols.start + int(tx), cols.stop + int(tx))
+        )
     along, down = np.arange(cols.start, cols.stop), np.arange(rows.start, rows.stop)[:, np.newaxis]
     height, width = grid.shape
     at = np.empty((len(down), len(along), 2), np.int16)  # a longer side than 32,767 has no lattice
@@ -123,6 +128,16 @@ def _nearest(grid: OccupancyGrid, back: Similarity, rows: slice, cols: slice) ->
     codes = grid.occupancy.view(np.uint8)  # unknown, -1, reads as 255
     read = cv2.remap(codes, at, np.empty(0), cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=255)
     return read.view(np.int8)
+
+
+def _cut_out(grid: OccupancyGrid, rows: slice, cols: slice) -> NDArray[np.int8]:
+    """Copy a window of a grid, unknown outside it."""
+    window = np.full((rows.stop - rows.start, cols.stop - cols.start), UNKNOWN, np.int8)
+    top, left = max(0, rows.start), max(0, cols.start)
+    seen = grid.occupancy[top : max(top, rows.stop), left : max(left, cols.stop)]
+    down, right = top - rows.start, left - cols.start
+    window[down : down + seen.shape[0], right : right + seen.shape[1]] = seen
+    return window
 
 
 def mark_walls(layer: NDArray[np.int8], points: NDArray[np.float64], values: NDArray[np.int8]) -> None:

@@ -8,6 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.composing.resampling import row_bands
 from rectmerge.errors import InputError
 from rectmerge.grid import UNKNOWN, OccupancyGrid
 
@@ -90,6 +91,13 @@ def combine_evidence(
 def _lay_over(layers: Sequence[NDArray[np.int8]], rule: Rule) -> NDArray[np.int8]:
     """Let each later layer fill unknown cells, and win where the rule says so."""
     merged = layers[0].copy()
+    for rows in row_bands(0, *merged.shape):  # in the processor's cache
+        merged[rows] = _band_over([layer[rows] for layer in layers], rule)
+    return merged
+
+
+def _band_over(layers: Sequence[NDArray[np.int8]], rule: Rule) -> NDArray[np.int8]:
+    merged = layers[0]
     for layer in layers[1:]:
         old, new = OccupancyGrid(merged), OccupancyGrid(layer)
         if rule == "newest":

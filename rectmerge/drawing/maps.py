@@ -32,12 +32,12 @@ SERIES: tuple[Color, ...] = (WALL_A, WALL_B, GREEN, (136, 34, 168))
 def draw_conflict(composition: Composition) -> Picture:
     """Draw a merged map with its cells of conflict in colour, widened for visibility."""
     grid, zoom = composition.grid, enlarge(zoom_for(composition.grid.shape))
-    marks = OccupancyGrid(np.where(composition.conflict, OCCUPIED, UNKNOWN).astype(np.int8))
+    marks = OccupancyGrid(composition.conflict.view(np.int8) * np.int8(OCCUPIED - UNKNOWN) + np.int8(UNKNOWN))
     (codes, spots), _ = resample([grid, marks], [zoom, zoom])
     image = _shade(codes)
     image[cv2.dilate((spots == OCCUPIED).view(np.uint8), np.ones((3, 3), np.uint8)) > 0] = CONFLICT
-    known = int((grid.free | grid.occupied).sum())
-    label = f"conflict: {int(composition.conflict.sum())} of {known} known cells"
+    known = np.count_nonzero(grid.free) + np.count_nonzero(grid.occupied)
+    label = f"conflict: {np.count_nonzero(composition.conflict)} of {known} known cells"
     return with_legend(image, {label: CONFLICT, "free": FREE_WHITE, "wall": WALL_BLACK, "unknown": UNKNOWN_GREY})
 
 

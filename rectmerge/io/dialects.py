@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.grid import FREE, FREE_AT_MOST, OCCUPIED, OCCUPIED_AT_LEAST, UNKNOWN
-from rectmerge.io.image_file import OPAQUE, Pixels
+from rectmerge.io.image_file import OPAQUE, Pixels, recode
 
 Dialect = Literal["nav2", "nav2-2024", "ros1", "cartographer"]
 DIALECTS: tuple[Dialect, ...] = get_args(Dialect)
@@ -106,12 +106,12 @@ def read_cells(pixels: Pixels, legend: Legend, dialect: Dialect = "nav2", *, kee
     """
     alpha = pixels.alpha
     if dialect in ("nav2", "cartographer"):
-        occupancy: NDArray[np.int8] = _kept(occupancy_table(legend, dialect), keep)[pixels.luma]
+        occupancy: NDArray[np.int8] = recode(pixels.luma, _kept(occupancy_table(legend, dialect), keep))
         if alpha is not None and legend.mode != "raw":
             occupancy[alpha < OPAQUE] = UNKNOWN
         return occupancy
     if alpha is not None and legend.mode == "trinary":
-        sums = pixels.values * np.uint16(3 * WHITE // pixels.full) + alpha
+        sums = pixels.values.astype(np.uint16) * np.uint16(3 * WHITE // pixels.full) + alpha
         table = _kept(occupancy_table(legend, dialect, full=4 * WHITE), keep, 3 * UNKNOWN_GREY + OPAQUE)
         return np.asarray(table[sums])
     table = _kept(occupancy_table(legend, dialect, full=pixels.full), keep, UNKNOWN_GREY * pixels.full // WHITE)

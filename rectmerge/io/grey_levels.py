@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN
 from rectmerge.io.dialects import FREE_GREY, UNKNOWN_GREY
+from rectmerge.io.image_file import grey_counts, recode
 
 CLUSTER_REACH = 12  # grey levels this close are one level, blurred by compression
 DARK_BELOW = 100  # a level that covers areas is occupied only if it is dark
@@ -49,8 +50,7 @@ class Levels:
         known = [(level, value) for level, value in meanings if level is not None]
         distance = np.abs(np.arange(256)[:, None] - np.array([level for level, _ in known]))  # (256, K)
         table = np.array([value for _, value in known], np.int8)[distance.argmin(axis=1)]
-        occupancy: NDArray[np.int8] = table[image]
-        return occupancy
+        return recode(image, table)
 
 
 def infer_levels(
@@ -87,23 +87,23 @@ def infer_levels(
     """
     if all(level is not None for level in (free, occupied, unknown)):
         return Levels(free or 0, occupied, unknown)
-    shown = np.ones(image.shape, np.bool_) if seen is None else seen
-    savers = _savers_levels(image[shown])
+    counts = grey_counts(image, seen)
+    savers = _savers_levels(counts)
     if savers and all(mine in (None, its) for mine, its in zip((free, occupied, unknown), savers, strict=True)):
         return Levels(*savers)
     given = {level for level in (free, occupied, unknown) if level is not None}
-    levels = _clusters(image, shown)
+    levels = _clusters(counts)
     clusters = {c: n for c, n in levels.items() if all(abs(c - g) > CLUSTER_REACH for g in given)}
     if free is None and len(clusters) + len(given) < 2:
         raise InputError(
             f"one grey level ({', '.join(map(str, levels)) or 'none'}) cannot separate free space from the rest"
         )
-    areas = [level for level in clusters if _covers_areas(image, level, shown)]
+    areas = [level for level in clusters if _covers_areas(image, level, seen)]
     if occupied is None:
         occupied = _darkest_wall(clusters, areas)
     areas = [level for level in areas if level != occupied]
     if free is None and unknown is None:
-        free, unknown = _split_by_border(image, areas[:2], shown)
+        free, unknown = _split_by_border(image, areas[:2], seen)
     elif free is None:
         free = areas[0] if areas else None
     elif unknown is None:
@@ -113,19 +113,18 @@ def infer_levels(
     return Levels(free, occupied, unknown)
 
 
-def _savers_levels(greys: NDArray[np.uint8]) -> tuple[int, int | None, int] | None:
+def _savers_levels(counts: NDArray[np.int64]) -> tuple[int, int | None, int] | None:
     """Return the levels of an image that holds a map saver's greys and no others; None for any other image."""
-    counts = np.bincount(greys, minlength=256)
     if not (counts[FREE_GREY] and counts[UNKNOWN_GREY]):
         return None
-    if counts[[0, UNKNOWN_GREY, FREE_GREY]].sum() < SAVERS_SHARE * len(greys):
+    if counts[[0, UNKNOWN_GREY, FREE_GREY]].sum() < SAVERS_SHARE * counts.sum():
         return None
     return FREE_GREY, (0 if counts[0] else None), UNKNOWN_GREY
 
 
-def _clusters(image: NDArray[np.uint8], seen: NDArray[np.bool_]) -> dict[int, float]:
+def _clusters(counts: NDArray[np.int64]) -> dict[int, float]:
     """Return the frequent grey levels, most frequent first, with the share of pixels within reach of each."""
-    counts = np.bincount(image[seen], minlength=256)
+    counts = counts.copy()
     total = max(1, int(counts.sum()))
     levels: dict[int, float] = {}
     while counts.any():
@@ -137,13 +136,13 @@ def _clusters(image: NDArray[np.uint8], seen: NDArray[np.bool_]) -> dict[int, fl
     return levels
 
 
-def _mask(image: NDArray[np.uint8], level: int, seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _mask(image: NDArray[np.uint8], level: int, seen: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
     near = cv2.inRange(image, np.array(level - CLUSTER_REACH), np.array(level + CLUSTER_REACH))
-    mask: NDArray[np.bool_] = (near > 0) & seen
-    return mask
+    mask = np.asarray(near, np.uint8) > 0
+    return mask if seen is None else mask & seen
 
 
-def _covers_areas(image: NDArray[np.uint8], level: int, seen: NDArray[np.bool_]) -> bool:
+def _covers_areas(image: NDArray[np.uint8], level: int, seen: NDArray[np.bool_] | None) -> bool:
     """Return if a level covers areas, not lines: many of its pixels have mostly neighbours of the same level."""
     mask = _mask(image, level, seen)
     same = cv2.blur(mask.view(np.uint8) * 9, (3, 3), borderType=cv2.BORDER_REPLICATE)  # of nine cells
@@ -159,7 +158,7 @@ def _darkest_wall(clusters: dict[int, float], areas: list[int]) -> int | None:
 
 
 def _split_by_border(
-    image: NDArray[np.uint8], areas: list[int], seen: NDArray[np.bool_]
+    image: NDArray[np.uint8], areas: list[int], seen: NDArray[np.bool_] | None
 ) -> tuple[int | None, int | None]:
     """Assign free and unknown to at most two area levels by their shares of the image's border."""
     if len(areas) < 2:

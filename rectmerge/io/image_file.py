@@ -9,6 +9,7 @@ import warnings
 from pathlib import Path
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
@@ -19,6 +20,7 @@ from rectmerge.io.image_checks import require_intact
 
 READABLE = ("PNG", "PPM", "BMP", "JPEG", "TIFF", "GIF")
 OPAQUE = 255
+CELLS_AT_ONCE = 1 << 20
 WRITABLE = {".pgm": "PPM", ".png": "PNG"}
 BROKEN = (  # errors of decoders on broken files
     *(OSError, ValueError, TypeError, SyntaxError, EOFError, LookupError, ArithmeticError, AttributeError),
@@ -39,7 +41,7 @@ class Pixels(NamedTuple):
         0 transparent to 255 opaque, shape (H, W); None where the image has no such channel.
     """
 
-    values: NDArray[np.uint16]
+    values: NDArray[np.uint8] | NDArray[np.uint16]
     full: int
     luma: NDArray[np.uint8]
     alpha: NDArray[np.uint8] | None = None
@@ -48,6 +50,14 @@ class Pixels(NamedTuple):
     def opaque(self) -> NDArray[np.bool_] | None:
         """Mask of the pixels that are not fully transparent, shape (H, W); None if all are."""
         return None if self.alpha is None or self.alpha.all() else self.alpha > 0
+
+    @property
+    def grey(self) -> NDArray[np.uint8]:
+        """The mean of the colour channels, 0 to 255, shape (H, W)."""
+        if self.full == OPAQUE:
+            return np.asarray(self.values, np.uint8)
+        table = np.rint(np.arange(self.full + 1) * (OPAQUE / self.full)).astype(np.uint8)
+        return np.asarray(table[self.values])
 
 
 def read_pixels(path: Path) -> Pixels:
@@ -87,9 +97,27 @@ def read_pixels(path: Path) -> Pixels:
 
 def encode_image(image: NDArray[np.uint8], suffix: str) -> bytes:
     """Encode an image, grey (H, W), with alpha (H, W, 2) or RGB (H, W, 3), for the suffix ".pgm" or ".png"."""
+    if suffix == ".pgm" and image.ndim == 2:
+        return b"P5\n%d %d\n255\n" % image.shape[::-1] + image.tobytes()
     encoded = io.BytesIO()
     Image.fromarray(image).save(encoded, format=WRITABLE[suffix])
     return encoded.getvalue()
+
+
+def grey_counts(grey: NDArray[np.uint8], mask: NDArray[np.bool_] | None = None) -> NDArray[np.int64]:
+    """Count the pixels of each grey, shape (256,); of those in the mask where there is one."""
+    counts = np.zeros(OPAQUE + 1, np.int64)
+    step = max(1, CELLS_AT_ONCE // grey.shape[1])
+    for top in range(0, grey.shape[0], step):  # a histogram's single precision counts to 2^24
+        seen = None if mask is None else np.ascontiguousarray(mask[top : top + step]).view(np.uint8)
+        band = np.ascontiguousarray(grey[top : top + step])
+        counts += cv2.calcHist([band], [0], seen, [OPAQUE + 1], [0, OPAQUE + 1]).ravel().astype(np.int64)
+    return counts
+
+
+def recode(codes: NDArray[np.uint8], table: NDArray[np.int8]) -> NDArray[np.int8]:
+    """Look up each of the codes, shape (H, W), in a table of 256."""
+    return np.asarray(cv2.LUT(np.ascontiguousarray(codes), table.view(np.uint8))).view(np.int8)
 
 
 def require_file(path: Path) -> None:
@@ -109,6 +137,12 @@ def _too_large(path: Path, size: str) -> MapFileError:
     return MapFileError(f"{path}: {size}, more than {MOST_CELLS // 10**6} million; crop it to its known cells")
 
 
+def _luma(image: Image.Image) -> Image.Image:
+    if image.mode == "L":
+        return image
+    return (image.convert("RGB") if image.mode == "RGBA" else image).convert("L")
+
+
 def _channels(image: Image.Image) -> Pixels:
     if image.mode.startswith("I"):  # 16-bit grey
         values = np.asarray(image)
@@ -119,8 +153,8 @@ def _channels(image: Image.Image) -> Pixels:
     if image.mode in ("LA", "RGBA", "PA") or "transparency" in image.info:
         image = image.convert("LA" if image.mode in ("L", "LA") else "RGBA")
         alpha = np.asarray(image.getchannel("A"), np.uint8)
-    luma = np.asarray(image.convert("RGB").convert("L") if image.mode == "RGBA" else image.convert("L"), np.uint8)
+    luma = np.asarray(_luma(image), np.uint8)
     if image.mode in ("1", "L", "LA"):
-        return Pixels(luma.astype(np.uint16), OPAQUE, luma, alpha)
+        return Pixels(luma, OPAQUE, luma, alpha)
     colours = np.asarray(image.convert("RGB"), np.uint8)
     return Pixels(colours.sum(axis=2, dtype=np.uint16), 3 * OPAQUE, luma, alpha)

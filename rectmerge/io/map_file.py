@@ -17,7 +17,7 @@ from rectmerge.io.atomic_file import replace_files
 from rectmerge.io.bag_file import bag_files, is_bag, read_bag_map
 from rectmerge.io.dialects import UNKNOWN_GREY, Dialect, Legend, grey_levels, occupancy_table, read_cells
 from rectmerge.io.grey_levels import Levels, infer_levels
-from rectmerge.io.image_file import OPAQUE, WRITABLE, Pixels, encode_image, read_pixels
+from rectmerge.io.image_file import OPAQUE, WRITABLE, Pixels, encode_image, read_pixels, recode
 from rectmerge.io.map_yaml import MapHeader, read_header
 from rectmerge.io.savers_legend import doubtful_grey, turns_unknown_free
 
@@ -111,7 +111,7 @@ def read_image(
 ) -> PlainMap:
     """Read a plain image as `read_map` does, and return the grey levels as well; transparent pixels are unknown."""
     pixels = _checked_size(Path(path), read_pixels(Path(path)))
-    grey = np.rint(np.arange(pixels.full + 1) * (255.0 / pixels.full)).astype(np.uint8)[pixels.values]
+    grey = pixels.grey
     try:
         levels = infer_levels(grey, free=free, occupied=occupied, unknown=unknown, seen=pixels.opaque)
     except InputError as error:
@@ -179,7 +179,9 @@ def encode_map(grid: OccupancyGrid, image_name: str, legend: Legend = MAP_SAVER_
     legend
         As in `write_map`.
     """
-    pixels = grey_levels(legend)[grid.occupancy]  # -1, unknown, is the last
+    greys = grey_levels(legend)
+    table = np.append(greys[: OCCUPIED + 1], np.full(255 - OCCUPIED, greys[-1]))  # unknown, -1, reads as 255
+    pixels = recode(grid.occupancy.view(np.uint8), table.view(np.int8)).view(np.uint8)
     if legend.mode == "scale" and grid.unknown.any():
         if Path(image_name).suffix != ".png":
             raise InputError("mode scale marks unknown cells by transparency, so its image must be a .png")

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge.grid import FREE, OccupancyGrid
-from rectmerge.io.dialects import FREE_GREY, UNKNOWN_GREY, WHITE, Dialect, Legend, occupancy_table
-from rectmerge.io.image_file import OPAQUE, Pixels
+from rectmerge.io.dialects import FREE_GREY, UNKNOWN_GREY, Dialect, Legend, occupancy_table
+from rectmerge.io.image_file import OPAQUE, Pixels, grey_counts
 
 MAX_STRAY_SHARE = 0.05  # pixels of 204 and 206 for each of 205: fewer are strokes of an editor, more are shading
 NEARLY_ALL = 0.95  # free share of a map's cells that no finished map has
@@ -37,7 +37,6 @@ def doubtful_grey(pixels: Pixels, grid: OccupancyGrid) -> int | None:
     return grey if is_most else None
 
 
-def _counts(pixels: Pixels) -> NDArray[np.intp]:
+def _counts(pixels: Pixels) -> NDArray[np.int64]:
     """Return the number of opaque pixels of each grey, shape (256,)."""
-    opaque = pixels.luma if pixels.alpha is None else pixels.luma[pixels.alpha == OPAQUE]
-    return np.bincount(opaque.ravel(), minlength=WHITE + 1)
+    return grey_counts(pixels.luma, None if pixels.alpha is None else pixels.alpha == OPAQUE)

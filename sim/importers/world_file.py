@@ -101,7 +101,7 @@ def _with_resolution(grid: OccupancyGrid, file: Path, resolution: float | None) 
 def _read_drawing(file: Path) -> OccupancyGrid:
     """Read an image; of two grey levels the light one is unknown where it is connected to the border."""
     pixels = read_pixels(file)
-    grey = np.rint(np.arange(pixels.full + 1) * (255.0 / pixels.full)).astype(np.uint8)[pixels.values]
+    grey = pixels.grey
     try:
         levels = infer_levels(grey, seen=pixels.opaque)
     except InputError as error:

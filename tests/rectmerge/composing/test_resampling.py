@@ -126,3 +126,14 @@ def test_a_lattice_of_cells_larger_than_the_map_has_one_cell():
     (layer,), _ = resample([OccupancyGrid(np.zeros((3, 3), np.int8))], [Similarity(1e-9)])
 
     assert layer.shape == (1, 1)
+
+
+@given(st.integers(-9, 9), st.integers(-9, 9))
+def test_a_map_moved_by_whole_cells_keeps_its_cells_and_is_unknown_around(u, v):
+    a, b = OccupancyGrid(np.zeros((4, 5), np.int8)), ring_around(np.pad(np.ones((2, 3), np.bool_), 1))
+
+    (_, layer), (row, col) = resample([a, b], [Similarity(), Similarity(tx=float(u), ty=float(v))])
+
+    expected = np.full(layer.shape, -1, np.int8)
+    expected[row + v :, col + u :][: b.shape[0], : b.shape[1]] = b.occupancy
+    assert np.array_equal(layer, expected)
