@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rectmerge.errors import InputError, MapFileError, MethodError, RectMergeError
     from rectmerge.fleet.graph import AlignmentGraph
     from rectmerge.fleet.many import align_many
+    from rectmerge.fleet.unbending import unbend_many
     from rectmerge.grid import OccupancyGrid
     from rectmerge.io.map_file import read_map, write_map
     from rectmerge.methods import make_method
@@ -38,6 +39,7 @@ _HOME = {
     "make_method": "methods",
     "read_map": "io.map_file",
     "unbend": "elastic.unbend",
+    "unbend_many": "fleet.unbending",
     "write_map": "io.map_file",
 }
 __all__ = [
@@ -58,6 +60,7 @@ __all__ = [
     "make_method",
     "read_map",
     "unbend",
+    "unbend_many",
     "write_map",
 ]
 

@@ -11,7 +11,7 @@ import typer
 
 from rectmerge.cli import console
 from rectmerge.cli.app import Json
-from rectmerge.cli.bend_options import AUTO, BendOptions
+from rectmerge.cli.bend_options import BendOptions
 from rectmerge.cli.map_options import MapA, MapB, PairOptions
 from rectmerge.cli.merge_many import FleetOptions, MoreMaps, merge_many
 from rectmerge.cli.method_options import MethodOptions
@@ -118,7 +118,8 @@ def merge(
     Whatever the method, no map is written against the verdict of `rectmerge check` on its answer, unless --unchecked.
 
     Of more than two maps it is found which belong together; each such group is merged in the frame of its first map,
-    that of A, or of --reference, as merged.yaml. The status is 1 where a map is left out, 0 where all are in one.
+    that of A, or of --reference, as merged.yaml, and maps that bend are bent onto the others. The status is 1 where a
+    map is left out, 0 where all are in one.
     """
     from rectmerge.cli.map_options import input_files, read_maps
     from rectmerge.composing.rules import SHADING
@@ -130,10 +131,10 @@ def merge(
     from rectmerge.results.summary import describe
 
     if more:
-        _refuse_for_many(placing, merging, certifying, bending, reading)
+        _refuse_for_many(placing, merging, certifying, reading)
         rule, cells = merging.parse("log-odds")
         merge_many(
-            reading.inputs(a, b, *more, resolutions=[None] * (2 + len(more))), output, fleet,
+            reading.inputs(a, b, *more, resolutions=[None] * (2 + len(more))), output, fleet, bending,
             method=solving.make_method(), scale=solving.parse_scale(), seed=solving.seed, rule=rule, cells=cells,
             is_checked=not placing.unchecked, earlier=placing.earlier, force=force, json=json,
         )  # fmt: skip
@@ -168,7 +169,6 @@ def _refuse_for_many(
     placing: PlacementOptions,
     merging: OutputOptions,
     certifying: CertificateOptions,
-    bending: BendOptions,
     reading: PairOptions,
 ) -> None:
     """Refuse options on one pair where there are more than two maps."""
@@ -177,7 +177,6 @@ def _refuse_for_many(
         "--candidate": placing.candidate is not None,
         "--pixels": placing.pixels is not None,
         "--certify": certifying.certify,
-        "--unbend": bending.unbend != AUTO,
         "--resolution-a": reading.resolution_a is not None,
         "--resolution-b": reading.resolution_b is not None,
         "--output-resolution b": merging.output_resolution == "b",

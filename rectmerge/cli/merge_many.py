@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
     from rectmerge.aligning import Scale
     from rectmerge.alignment import Method
+    from rectmerge.cli.bend_options import BendOptions
     from rectmerge.composing.compose import CellsOf, Rule
+    from rectmerge.elastic.bend import Bend
     from rectmerge.fleet.asking import Progress
     from rectmerge.fleet.graph import AlignmentGraph
     from rectmerge.grid import OccupancyGrid
@@ -95,6 +97,7 @@ def merge_many(
     inputs: Sequence[Input],
     output: Path,
     options: FleetOptions,
+    bending: BendOptions,
     *,
     method: Method,
     scale: Scale,
@@ -115,7 +118,7 @@ def merge_many(
     from rectmerge.io.image_file import encode_image
     from rectmerge.io.json_text import plain, to_json
     from rectmerge.method_fields import field_values
-    from rectmerge.results.folder import ResultFolder
+    from rectmerge.results.folder import BEND_NAME, ResultFolder
     from rectmerge.results.inputs import input_json_dict
 
     names = map_names(inputs)
@@ -136,16 +139,21 @@ def merge_many(
     files: dict[str, bytes] = {}
     pictures: dict[str, NDArray[np.uint8]] = {"graph.png": graph_picture(graph, ordered)}
     merged: list[str | None] = [None] * len(graph.components)
+    bends: dict[str, Bend] = {}
     if graph or not options.all_or_nothing:
-        files, more, merged = _merged(graph, ordered, reference, rule, cells)
+        bends = bending.bend_many(graph, ordered)
+        straight = {name: bends[name].straighten(grid) if name in bends else grid for name, grid in ordered.items()}
+        files, more, merged = _merged(graph, straight, reference, rule, cells)
         pictures |= more
+    if transforms := {name: bend.transform.as_dict() for name, bend in bends.items() if bend.transform is not None}:
+        files[BEND_NAME] = (to_json({"maps": transforms}) + "\n").encode()
     files |= {name: encode_image(picture, ".png") for name, picture in pictures.items()}
     files["transforms.yaml"] = transforms_yaml(graph, merged)
     entries = {name: input_json_dict(output, one, maps[name]) for name, one in zip(names, inputs, strict=True)}
-    record = to_json_dict(graph, maps, entries, merged, settings)
+    record = to_json_dict(graph, maps, entries, merged, bends, settings)
     files["fleet.json"] = (to_json(record) + "\n").encode()
     written = folder.replace(files)
-    console.tell(to_json(record) if json else describe(graph, written, merged=merged))
+    console.tell(to_json(record) if json else describe(graph, written, merged=merged, bends=bends))
     raise typer.Exit(console.STATUS[answer_of(graph)])
 
 

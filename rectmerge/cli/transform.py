@@ -189,6 +189,11 @@ def _print_fleet(file: FleetFile, options: _Options) -> None:
             scale = f"{placement.name} fits {a} at a scale of {placement.transform.b_to_a.scale:.3g}"
             raise InputError(f"{scale}, so a resolution is wrong: correct it and merge again, or --as matrix keeps it")
         text = placement.transform.format(form, parent=a, child=b)
+        if placement.largest_move:
+            console.note(
+                f"rectmerge: {placement.name} was bent by up to {placement.largest_move:.0f} cells, which one "
+                "transform cannot carry; unbend.json has its bend"
+            )
         heads = {"matrix": f"# {b} in {a}\n", "pose": f"{b} "}
         console.tell(heads.get(form, "") + text)
         misfit = 0.0 if form == "matrix" else placement.transform.misfit

@@ -7,13 +7,15 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Literal
 
 from rectmerge.composing.compose import CellsOf, Composition, Rule, compose
 from rectmerge.drawing.many_maps import EDGE_LEGEND, Edge, draw_graph, draw_many
 from rectmerge.drawing.maps import Picture, draw_conflict
+from rectmerge.elastic.bend import Bend
 from rectmerge.fleet.graph import AlignmentGraph
-from rectmerge.grid import OccupancyGrid
+from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 
 Answer = Literal["accepted", "rejected", "ambiguous"]
 DRAWN = {"used": "used", "promoted": "promoted by others", "thrown out": "thrown out (dashed)"}
@@ -48,9 +50,10 @@ def component_pictures(
     number = stem.removeprefix("merged")
     least = min(graph.placements[name].confidence for name in names)
     title = f"{len(names)} maps on {names[0]}, confidence {math.floor(100 * least) / 100:.2f} or more"
-    overlay = draw_many(
-        {name: maps[name] for name in names}, {name: graph.placements[name].pixels for name in names}, title=title
-    )
+    pixels = {
+        name: map_frame_to_pixels(graph.placements[name].to_reference, maps[names[0]], maps[name]) for name in names
+    }
+    overlay = draw_many({name: maps[name] for name in names}, pixels, title=title)
     return {f"overlay{number}.png": overlay, f"conflict{number}.png": draw_conflict(composition)}
 
 
@@ -81,7 +84,13 @@ def headline(graph: AlignmentGraph) -> str:
     return parts + (f", {len(graph.left_out)} left out" if graph.left_out else "")
 
 
-def describe(graph: AlignmentGraph, files: Sequence[Path] = (), *, merged: Sequence[str | None]) -> str:
+def describe(
+    graph: AlignmentGraph,
+    files: Sequence[Path] = (),
+    *,
+    merged: Sequence[str | None],
+    bends: Mapping[str, Bend] = MappingProxyType({}),
+) -> str:
     """Describe a graph: its components with the place of each map, what is left out and why, and the files."""
     lines = [headline(graph), f"  method      {graph.method}, {graph.seconds:.2f} s"]
     counts = Counter(answer.status for answer in graph.pairs.asked.values())
@@ -91,6 +100,7 @@ def describe(graph: AlignmentGraph, files: Sequence[Path] = (), *, merged: Seque
         lines.append(f"  component   {len(names)} maps in the frame of {names[0]}{f': {file}' if file else ''}")
         width = max(map(len, names))
         lines += [f"    {_describe_placement(graph, name, width)}" for name in names[1:]]
+    lines += [f"  unbent      {name}: {'' if bend else 'no: '}{bend.reason}" for name, bend in bends.items()]
     lines += [f"  left out    {name}: {reason}" for name, reason in graph.left_out.items()]
     lines += [f"  changed     {name}: {reason}" for name, reason in graph.changes.items()]
     larger = {name for names in graph.components if len(names) > 2 for name in names}

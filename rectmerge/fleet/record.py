@@ -13,6 +13,7 @@ import yaml
 
 from rectmerge.analysis.overlap import cells_of
 from rectmerge.analysis.shared_area import SAMPLED_CELLS, SharedArea
+from rectmerge.elastic.bend import Bend
 from rectmerge.errors import InputError
 from rectmerge.fleet.graph import AlignmentGraph
 from rectmerge.grid import OccupancyGrid
@@ -28,6 +29,7 @@ def to_json_dict(
     maps: Mapping[str, OccupancyGrid],
     inputs: Mapping[str, Mapping[str, Any]],
     merged: Sequence[str | None],
+    bends: Mapping[str, Bend],
     settings: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return the content of ``fleet.json``.
@@ -42,12 +44,16 @@ def to_json_dict(
         The files of the maps, as `rectmerge.results.inputs.input_json_dict` names them.
     merged
         File of the merged map of each component; None where none was written.
+    bends
+        Bends that were tried, by the name of the bent map.
     settings
         Settings of the method, without which the answers of the pairs say nothing.
     """
     record = graph.as_dict() | {"merged": list(merged), "inputs": dict(inputs), "settings": dict(settings)}
     for name, entry in record["placements"].items():
         entry["shared"] = _free_area(maps[name]).as_dict()
+        if name in bends:
+            entry["unbent"] = dict(bends[name].as_dict())
     return record
 
 
@@ -89,12 +95,15 @@ class SavedPlacement:
         From the map's frame to the reference's.
     frames
         Names of the reference's and the map's own frame; None where the maps have none.
+    largest_move
+        Greatest move of the map's walls by its bend, in cells; 0 where it was not bent.
     """
 
     name: str
     reference: str
     transform: Transform
     frames: tuple[str | None, str | None]
+    largest_move: float = 0.0
 
     def frame_names(self, parent: str | None = None) -> tuple[str, str]:
         """Return the names of the frames: the maps' own where they differ, else the names of the maps."""
@@ -174,7 +183,9 @@ def _placement(record: Mapping[str, Any], name: str, reference: str) -> SavedPla
         place["unit"],
         None if None in resolutions else (float(resolutions[0]), float(resolutions[1])),
     )
-    return SavedPlacement(name, reference, transform, (inputs[reference]["frame"], inputs[name]["frame"]))
+    unbent = entry.get("unbent", {})
+    moved = float(unbent["largest_move"]) if unbent.get("accepted") else 0.0
+    return SavedPlacement(name, reference, transform, (inputs[reference]["frame"], inputs[name]["frame"]), moved)
 
 
 def _free_area(grid: OccupancyGrid) -> SharedArea:

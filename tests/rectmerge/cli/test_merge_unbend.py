@@ -3,13 +3,16 @@ import json
 import numpy as np
 import pytest
 
+from rectmerge import methods
+from rectmerge.drawing import many_maps
 from rectmerge.elastic.transform import BentTransform
-from rectmerge.grid import map_frame_to_pixels
-from rectmerge.io.map_file import read_map
+from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
+from rectmerge.io.map_file import read_map, write_map
 from rectmerge.similarity import Similarity
 from tests.rectmerge.cli.answers import YES_FILES, A, B, names, rectmerge
 from tests.rectmerge.elastic.merges import write_bent_maps
 from tests.rectmerge.elastic.test_unbend import bent_case
+from tests.rectmerge.fleet.fleets import Fleet, Oracle
 
 pytestmark = pytest.mark.usefixtures("small_pictures")
 
@@ -110,3 +113,34 @@ def test_the_similarity_of_the_merge_is_the_placement_that_was_given(bent, tmp_p
 
     expected = bent_case(2)[4].matrix
     assert np.allclose(map_frame_to_pixels(similarity, read_map(a), read_map(b)).matrix, expected, atol=1e-6)
+
+
+def test_of_many_maps_each_is_bent_onto_the_others(tmp_path, capsys, monkeypatch):
+    made = Fleet()
+    made.add("a", "home", bent_case(2)[0], Similarity())
+    for name, seed in (("b", 2), ("c", 3)):
+        made.add(name, "home", bent_case(seed)[1], bent_case(seed)[4])
+    for name, grid in made.maps.items():
+        write_map(OccupancyGrid(grid.occupancy, 0.05 * made.poses[name].scale), tmp_path / f"{name}.yaml")
+        made.maps[name] = read_map(tmp_path / f"{name}.yaml")
+    monkeypatch.setattr(methods, "make_method", lambda name, **fields: Oracle(made))
+    monkeypatch.setattr(many_maps, "SIDE_PX", 300)
+    files = [tmp_path / f"{name}.yaml" for name in made.maps]
+
+    for unbend in ("never", "auto"):
+        assert rectmerge("merge", *files, "--unchecked", "--unbend", unbend, "-o", tmp_path / unbend) == 0
+
+    told = capsys.readouterr().out
+    assert told.count("  unbent      b: bent by up to ") == told.count("  unbent      c: bent by up to ") == 1
+    never, auto = (json.loads((tmp_path / name / "fleet.json").read_text())["placements"] for name in ("never", "auto"))
+    assert [auto[name]["unbent"]["accepted"] for name in "bc"] == [True, True]
+    assert auto == {name: never[name] | ({"unbent": auto[name]["unbent"]} if name != "a" else {}) for name in never}
+    walls = [int(read_map(tmp_path / name / "merged.yaml").occupied.sum()) for name in ("never", "auto")]
+    assert walls[1] < 0.8 * walls[0]
+    transforms = json.loads((tmp_path / "auto" / "unbend.json").read_text())["maps"]
+    cells, true = bent_case(2)[2:4]
+    moved = BentTransform.from_dict(transforms["b"]).apply(made.maps["b"].pixel_to_map(cells))
+    off = made.maps["a"].map_to_pixel(moved) - true
+    assert np.sqrt((off**2).sum(axis=1).mean()) < 2.5
+    assert rectmerge("transform", tmp_path / "auto", "--as", "pose") == 0
+    assert "b was bent by up to " in capsys.readouterr().err

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from rectmerge.analysis.double_walls import double_wall_share
+from rectmerge.elastic.bend import Bend
 from rectmerge.fleet.graph import AlignmentGraph
 from rectmerge.fleet.many import align_many
-from rectmerge.grid import OccupancyGrid
+from rectmerge.fleet.unbending import unbend_many
+from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.io.map_file import read_map
 
 ROOT = os.environ.get("RECTMERGE_REAL_MAPS", "")
@@ -59,6 +63,21 @@ def _at_most(names: list[str], place: Mapping[str, str], most: int | None) -> li
     return kept
 
 
+def double_walls(
+    maps: Mapping[str, OccupancyGrid], graph: AlignmentGraph, names: Sequence[str], bends: Mapping[str, Bend]
+) -> float:
+    """Return the mean share of common walls that two maps of a component show twice, after bends."""
+    straight = {name: bends[name].straighten(maps[name]) if name in bends else maps[name] for name in names}
+    shares = []
+    for a, b in itertools.combinations(names, 2):
+        b_to_a = graph.placements[a].to_reference.inverse() @ graph.placements[b].to_reference
+        shares.append(
+            double_wall_share(straight[a], straight[b], map_frame_to_pixels(b_to_a, straight[a], straight[b]))
+        )
+    known = [share for share in shares if share is not None]
+    return sum(known) / len(known)
+
+
 def mixed_places(graph: AlignmentGraph, place: Mapping[str, str]) -> int:
     """Count the components that hold maps of two places."""
     return sum(len({place[name] for name in names}) > 1 for names in graph.components)
@@ -73,3 +92,8 @@ if __name__ == "__main__":
         print(f"{len(maps)} maps of {len(set(place.values()))} places: {facts}, {graph.asked} pairs asked")  # noqa: T201
         for name, reason in graph.left_out.items():
             print(f"  left out: {name}: {reason}")  # noqa: T201
+        bends = unbend_many(maps, graph)
+        for names in graph.components:
+            before, after = (double_walls(maps, graph, names, tried) for tried in ({}, bends))
+            bent = sum(bends[name].accepted for name in names[1:])
+            print(f"  {place[names[0]]}: {bent} of {len(names)} maps bent, double walls {before:.0%} -> {after:.0%}")  # noqa: T201
