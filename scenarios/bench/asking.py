@@ -44,13 +44,18 @@ def ask(pair: MapPair, contender: Contender, *, seed: int = 0) -> TimedAnswer:
 
 
 def ask_within(pair: MapPair, contender: Contender, *, seed: int = 0, limits: Limits) -> TimedAnswer:
+    """Put a method to one pair as `answer_within` does, and its answer to the judge."""
+    return _checked(pair, contender, answer_within(pair, contender, seed=seed, limits=limits), seed)
+
+
+def answer_within(pair: MapPair, contender: Contender, *, seed: int = 0, limits: Limits) -> TimedAnswer:
     """Put a method to one pair in a child process, which takes the time and is killed where it exceeds its limits."""
     call = functools.partial(_timed, pair.a, pair.b, contender.method, seed, _scale_for(pair, contender))
     compiles = not isinstance(contender.method, Program)
     warm_up = functools.partial(_warm_up, cast(Hashable, contender.method)) if compiles else None
     result = call_within(limits, call, warm_up=warm_up)
     if result.value is not None:
-        return _checked(pair, contender, result.value, seed)
+        return result.value
     failure: Attempt[Alignment] = Attempt(failure=result.failure, reason=result.reason, log=result.log)
     wall_s = limits.timeout_s if result.failure == "timeout" else None
     return TimedAnswer(attempt=failure, checked=None, wall_s=wall_s, cpu_s=None, peak_mb=None)

@@ -11,7 +11,7 @@ import numpy as np
 from rectmerge.alignment import Alignment, Method
 from rectmerge.grid import pixels_to_map_frame
 from rectmerge.io.json_text import to_json
-from scenarios.bench.asking import TimedAnswer, ask_within
+from scenarios.bench.asking import TimedAnswer, answer_within
 from scenarios.bench.contenders import Contender
 from scenarios.bench.external_program import MATRIX
 from scenarios.bench.mistakes import name_mistake
@@ -87,7 +87,7 @@ def check_method(
 
 
 def _ask(pair: MapPair, contender: Contender, seed: int) -> Asked:
-    answer = ask_within(pair, contender, seed=seed, limits=WITHIN)
+    answer = answer_within(pair, contender, seed=seed, limits=WITHIN)
     return Asked(pair=pair, answer=answer, row=score_answer(pair, contender, answer))
 
 

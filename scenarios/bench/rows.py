@@ -18,7 +18,7 @@ from scenarios.scoring.score import grade, measure_errors, outcome_of, stratum_o
 
 
 def score_answer(pair: MapPair, contender: Contender, answer: TimedAnswer) -> Row:
-    """Score an answer and return its row, without the task's id."""
+    """Score an answer and return its row, without the task's id and what bending changes, which takes its time."""
     alignment, failure = answer.attempt.value, answer.attempt.failure
     extent = known_extent(pair.a) if pair.pixels else None
     residual = pair.residual_px / extent if extent and pair.residual_px is not None else None
@@ -51,8 +51,14 @@ def score_answer(pair: MapPair, contender: Contender, answer: TimedAnswer) -> Ro
         row["evidence"] = [dict(candidate.evidence) for candidate in alignment.candidates]
         row["errors"], row["grades"] = errors[0].as_dict() if errors else None, grades
         row["trace"] = dict(alignment.trace)
-        if (answer.checked or alignment.verdict) == "accepted":
-            row["bend"] = measure_bend(pair, alignment)
+    return row
+
+
+def score_answer_and_bend(pair: MapPair, contender: Contender, answer: TimedAnswer) -> Row:
+    """Score an answer, and where it is accepted measure what bending B changes; return the row."""
+    row, alignment = score_answer(pair, contender, answer), answer.attempt.value
+    if alignment is not None and (answer.checked or alignment.verdict) == "accepted":
+        row["bend"] = measure_bend(pair, alignment)
     return row
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from scenarios.bench.asking import ask_within
 from scenarios.bench.contenders import Contender
-from scenarios.bench.rows import score_answer
+from scenarios.bench.rows import score_answer_and_bend
 from scenarios.bench.task_ids import TaskKey
 from scenarios.dataset.packing import Package, failed_source, make_within
 from scenarios.execution.attempt import Attempt, attempt
@@ -101,7 +101,7 @@ def _answer_row(task: Task, pair: MapPair, contender: Contender) -> Row:
     """Put a contender to a pair; an answer that cannot be scored is an error row."""
     key = (pair.pair_id, contender.label)
     answer = ask_within(pair, contender, seed=task.settings.seed, limits=task.settings.limits)
-    scored = attempt(functools.partial(score_answer, pair, contender, answer))
+    scored = attempt(functools.partial(score_answer_and_bend, pair, contender, answer))
     row = scored.value or _failed_row(task, key, scored)
     return {**row, "task_id": task.due[key]}
 

@@ -23,7 +23,7 @@ from rectmerge.paper.rmap import rmap
 from rectmerge.rectangles import Rectangle
 from scenarios.bench.asking import TimedAnswer, ask
 from scenarios.bench.contenders import make_contenders
-from scenarios.bench.rows import score_answer
+from scenarios.bench.rows import score_answer_and_bend
 from scenarios.dataset.export import MISSION_FILES, write_mission
 from scenarios.execution.files import clear_folder, write_json
 from scenarios.pairs.pair import MapPair
@@ -104,7 +104,7 @@ def run_demo(out: str | Path, *, suite: str = "demo", force: bool = False, say: 
     pair = next(source.pairs_of(log))
     stage("maps", f"A {_size(pair.a)}, B {_size(pair.b)}, overlap {_percent(pair.overlap)}; merging ...")
     answers = {contender.label: ask(pair, contender) for contender in contenders}
-    rows = [score_answer(pair, contender, answers[contender.label]) for contender in contenders]
+    rows = [score_answer_and_bend(pair, contender, answers[contender.label]) for contender in contenders]
     stage("merging", "drawing ...")
     pictures = _write_pictures(folder, _draw(log, pair, answers, rows))
     write_mission(folder / MISSION, log, pair)

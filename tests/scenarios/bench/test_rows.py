@@ -9,7 +9,7 @@ from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 from scenarios.bench.asking import ask
 from scenarios.bench.contenders import Contender
-from scenarios.bench.rows import measure_bend, score_answer
+from scenarios.bench.rows import measure_bend, score_answer, score_answer_and_bend
 from tests.rectmerge.elastic.bent_maps import bent_view, large_building, random_displacement
 from tests.scenarios.known_answers import Failing, Fixed, contender, grid, pair
 
@@ -42,7 +42,8 @@ def test_a_bend_is_tried_on_what_merge_would_write():
     answer = ask(the_pair, entry)
 
     tried, not_tried = (
-        score_answer(the_pair, entry, replace(answer, checked=checked))["bend"] for checked in ("accepted", "rejected")
+        score_answer_and_bend(the_pair, entry, replace(answer, checked=checked))["bend"]
+        for checked in ("accepted", "rejected")
     )
 
     assert not_tried is None
