@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -25,16 +25,15 @@ from rectmerge.robust.features import Features, dominant_angles, extract_feature
 from rectmerge.robust.params import Params
 from rectmerge.similarity import Similarity
 from scenarios.execution.files import clear_folder
+from scenarios.gallery.canvas import Canvas, Color, Picture
 from scenarios.gallery.page_picture import small_png
 from scenarios.pairs.pair import MapPair
 from scenarios.suites.suite import load_suite, with_cell_noise
 
-Picture = NDArray[np.uint8]
-Color = tuple[int, int, int]
 NAMES = ("maps.png", "features.png", "shifts.png", "rivals.png", "ward.png")
 # colours that the colour-blind tell apart: M. Okabe and K. Ito, Color Universal Design, 2008
 BLUE, SKY, ORANGE, VERMILION, PURPLE = (0, 114, 178), (86, 180, 233), (230, 159, 0), (213, 94, 0), (204, 121, 167)
-FLOOR, NOTHING, SILENT = (255, 255, 255), (222, 222, 222), (150, 150, 150)
+SILENT = (150, 150, 150)
 WAYS: Mapping[str, Color] = {"faces way 0": BLUE, "way 1": ORANGE, "way 2": SKY, "way 3": VERMILION}
 ROOM, ROOM_EDGE, OTHER_ROOMS = (190, 232, 220), (0, 158, 115), (120, 120, 120)
 SAME_ROOM_CELLS = 3.0  # rectangles whose centres and sides differ by no more are one room
@@ -47,7 +46,6 @@ MEETINGS: Mapping[str, Color] = {
     "only one map knows": SILENT,
 }
 PARAMS = Params()  # of the default method
-ZOOM = 2  # pixels of a picture per working cell
 DRAWN_RECTANGLES = 8
 PEAKS, RING_PX, WHITE = 5, 10, (255, 255, 255)
 MIN_RIVAL_OVERLAP = 0.1  # of the free space: a rival that is drawn meets some walls
@@ -157,7 +155,7 @@ def draw_features(shown: Explained) -> Picture:
     room = _same_room(frames[0].boxes, frames[1].boxes, shown.working(shown.best.pixels))
     pictures = []
     for features, each, frame, same in zip(maps, sides, frames, room, strict=True):
-        canvas = _Canvas.from_features([(features, Similarity())])
+        canvas = Canvas.from_features([(features, Similarity())])
         canvas.fill(_outline(frame.boxes[same], frame.angle), ROOM)
         for box in frame.boxes[:DRAWN_RECTANGLES]:
             canvas.outline(_outline(box, frame.angle), OTHER_ROOMS, 1)
@@ -212,7 +210,7 @@ def draw_meetings(shown: Explained, pixels: Similarity) -> Picture:
     """Draw the faces of both maps under a placement, in A's working grid, by their match in the other map."""
     working = shown.working(pixels)
     on_a, on_b = shown.a.faces(shown.angle, PARAMS.faces), shown.sides_of_b(pixels)
-    canvas = _Canvas.from_features([(shown.a, Similarity()), (shown.b, working)])
+    canvas = Canvas.from_features([(shown.a, Similarity()), (shown.b, working)])
     points_by_kind = [
         (shown.a.walls, _meetings(on_a, on_b, working.inverse())),
         (working.apply(shown.b.walls), _meetings(on_b, on_a, working)),
@@ -263,40 +261,3 @@ def _outline(box: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
     half = box[2:] / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     corners: NDArray[np.float64] = Similarity(1.0, angle, *box[:2].tolist()).apply(half)
     return corners
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Canvas:
-    """Picture of working grids, the floor in white; `zoom` takes points of the first grid to its pixels."""
-
-    image: Picture
-    zoom: Similarity
-
-    @classmethod
-    def from_features(cls, grids: Sequence[tuple[Features, Similarity]]) -> _Canvas:
-        """Draw the floor of grids, each moved by its placement onto the first."""
-        corners = [
-            placement.apply([[0, 0], [w, 0], [0, h], [w, h]])
-            for (h, w), placement in ((each.free.shape, placement) for each, placement in grids)
-        ]
-        low, high = np.min(corners, axis=(0, 1)), np.max(corners, axis=(0, 1))
-        zoom, size = Similarity(ZOOM, 0.0, *(-ZOOM * low).tolist()), np.ceil(ZOOM * (high - low)).astype(int).tolist()
-        image = np.full((size[1], size[0], 3), NOTHING, np.uint8)
-        for each, placement in grids:
-            seen = cv2.warpAffine(each.free.view(np.uint8), (zoom @ placement).matrix, size, flags=cv2.INTER_NEAREST)
-            image[seen > 0] = FLOOR
-        return cls(image, zoom)
-
-    def dots(self, points: NDArray[np.float64], color: Color) -> None:
-        """Draw a dot at each point, shape (N, 2)."""
-        for u, v in np.rint(self.zoom.apply(points)).astype(int).tolist() if len(points) else ():
-            cv2.rectangle(self.image, (u - 1, v - 1), (u + 1, v + 1), color, cv2.FILLED)
-
-    def outline(self, corners: NDArray[np.float64], color: Color, thickness: int) -> None:
-        """Draw the outline of a polygon, shape (N, 2)."""
-        path = np.rint(self.zoom.apply(corners)).astype(np.int32)
-        cv2.polylines(self.image, [path], isClosed=True, color=color, thickness=thickness, lineType=cv2.LINE_AA)
-
-    def fill(self, corners: NDArray[np.float64], color: Color) -> None:
-        """Fill a polygon, shape (N, 2)."""
-        cv2.fillPoly(self.image, [np.rint(self.zoom.apply(corners)).astype(np.int32)], color)

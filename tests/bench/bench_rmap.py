@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from rectmerge.paper.rmap import rmap
-from tests import naive
-from tests.rectmerge.paper import plans
+from tests.rectmerge.paper import naive, plans
 
 SIZES = ((317, 361), (393, 393), (1000, 1000))
 

@@ -16,6 +16,15 @@ KINDS = ("bag", "db3", "mcap")
 LAID = ((0, 0, 100, 100), (0, -1, 0, 100), (0, 0, 0, 50))  # as a picture: the top row first
 STORES = {1: get_typestore(Stores.ROS1_NOETIC), 2: get_typestore(Stores.ROS2_HUMBLE)}
 PLUGINS = {"db3": rosbag2.StoragePlugin.SQLITE3, "mcap": rosbag2.StoragePlugin.MCAP}
+MAP = ("/map", GRID, {})
+ZSTD, MODE = rosbag2.CompressionFormat.ZSTD, rosbag2.CompressionMode
+COMPRESSED = {
+    "bag by bz2": ("bag", [rosbag1.Writer.CompressionFormat.BZ2]),
+    "bag by lz4": ("bag", [rosbag1.Writer.CompressionFormat.LZ4]),
+    "db3 as a file": ("db3", [MODE.FILE, ZSTD]),
+    "db3 by message": ("db3", [MODE.MESSAGE, ZSTD]),
+    "mcap by chunk": ("mcap", [MODE.STORAGE, ZSTD]),
+}
 Messages = Sequence[tuple[str, str, dict[str, Any]]]  # topic, type, and what differs from the usual
 
 

@@ -5,7 +5,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 
 from rectmerge.errors import InputError
 from rectmerge.rectangles import Rectangle, largest_rectangle, maximal_rectangles
-from tests import naive
+from tests.rectmerge.paper import naive
 
 MASKS = arrays(bool, array_shapes(min_dims=2, max_dims=2, max_side=8))
 

@@ -6,7 +6,8 @@ from rectmerge.aligning import align
 from rectmerge.baselines.stochastic_search import StochasticSearch
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
-from tests import drawing, naive
+from tests import drawing
+from tests.rectmerge.baselines import naive
 from tests.rectmerge.baselines.scenes import TRUTH, corners_apart, long_halls, view
 
 

@@ -1,6 +1,5 @@
 import json
 import re
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -8,53 +7,16 @@ import yaml
 
 from rectmerge import methods
 from rectmerge.cli import console, merge_many
-from rectmerge.cli import main as cli
-from rectmerge.drawing import many_maps
-from rectmerge.drawing import maps as picture
 from rectmerge.grid import OccupancyGrid
 from rectmerge.io.map_file import read_map, write_map
 from tests import drawing
-from tests.rectmerge.fleet.fleets import Fleet, Oracle, fleet
+from tests.rectmerge.cli.answers import names
+from tests.rectmerge.cli.many import MAPS, Judge, rectmerge
+from tests.rectmerge.fleet.fleets import fleet
 
-MAPS = [drawing.DATA / f"building_{name}.yaml" for name in "abc"]
+pytestmark = pytest.mark.usefixtures("small_pictures")
 FILES = {"fleet.json", "transforms.yaml", "graph.png", "merged.yaml", "merged.pgm", "overlay.png", "conflict.png"}
 SECOND = {"merged_2.yaml", "merged_2.pgm", "overlay_2.png", "conflict_2.png"}
-
-
-@dataclass(frozen=True)
-class Judge(Oracle):
-    """Oracle that needs no check by the default method."""
-
-    def align_by(self, hint, a, b, **asked):
-        return self.align(a, b, **asked)
-
-
-@pytest.fixture(autouse=True)
-def small_pictures(monkeypatch):
-    for module in (picture, many_maps):
-        monkeypatch.setattr(module, "SIDE_PX", 300)
-
-
-@pytest.fixture
-def saved(tmp_path, monkeypatch):
-    """Write a fleet's maps to files, and let every method answer from its truth; return the files by name."""
-
-    def save(made: Fleet, **oracle):
-        for name, grid in made.maps.items():
-            write_map(OccupancyGrid(grid.occupancy, 0.05 * made.poses[name].scale), tmp_path / f"{name}.yaml")
-            made.maps[name] = read_map(tmp_path / f"{name}.yaml")
-        monkeypatch.setattr(methods, "make_method", lambda name, **fields: Judge(made, **oracle))
-        return {name: tmp_path / f"{name}.yaml" for name in made.maps}
-
-    return save
-
-
-def rectmerge(*words: object) -> int:
-    return console.run(cli.app, "rectmerge", [str(word) for word in words])
-
-
-def names(folder):
-    return {path.name for path in folder.iterdir()}
 
 
 def test_three_maps_become_one(tmp_path, capsys):
@@ -191,10 +153,10 @@ def test_maps_with_one_name_go_by_their_paths(tmp_path, saved):
     assert record["maps"] == [str(yaml_file), str(files["home1"]), str(files["home2"])]
 
 
-def test_workers_give_the_same_answer(merged, tmp_path):
+def test_workers_give_the_same_answer(merged_many, tmp_path):
     assert rectmerge("merge", *MAPS, "--workers", "2", "-o", tmp_path / "out") == console.YES
 
-    one, two = (json.loads((folder / "fleet.json").read_text()) for folder in (merged, tmp_path / "out"))
+    one, two = (json.loads((folder / "fleet.json").read_text()) for folder in (merged_many, tmp_path / "out"))
     assert one["placements"] == two["placements"]
 
 
@@ -230,114 +192,3 @@ def test_a_map_is_added_by_asking_only_its_own_pairs(tmp_path, saved):
 
 def _fields_of(folder):
     return json.loads((folder / "fleet.json").read_text())["settings"]["fields"]
-
-
-def test_answers_asked_with_other_settings_are_not_taken_over(merged, tmp_path, capsys):
-    words = ("merge", *MAPS, "--from", merged, "-o", tmp_path / "out")
-
-    assert rectmerge(*words, "--seed", "5") == console.BAD_INPUT
-    assert "its pairs were asked with other seed; give the same, or leave out --from" in capsys.readouterr().err
-    assert rectmerge(*words, "--set", "robust.max_candidates=3") == console.BAD_INPUT
-    assert "with other fields" in capsys.readouterr().err
-    assert rectmerge(*words) == console.YES
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"digests": None}, "not an answer of rectmerge merge"),
-        ({"pairs": [{"a": "x"}]}, "there is no"),
-        ({"settings": {}}, "there is no 'method'"),
-        ({"bridges": [["a"]]}, "not an answer of rectmerge merge"),
-    ],
-)
-def test_a_broken_record_is_named(merged, tmp_path, capsys, change, message):
-    record = json.loads((merged / "fleet.json").read_text()) | change
-    (tmp_path / "fleet.json").write_text(json.dumps(record))
-
-    assert rectmerge("merge", *MAPS, "--from", tmp_path, "-o", tmp_path / "out") == console.BAD_INPUT
-    assert message in capsys.readouterr().err
-
-
-@pytest.fixture(scope="module")
-def merged(tmp_path_factory):
-    out = tmp_path_factory.mktemp("many") / "out"
-    assert rectmerge("merge", *MAPS, "-o", out, "-q") == console.YES
-    return out
-
-
-@pytest.mark.parametrize("form", ["ros1", "ros2", "pose"])
-def test_transform_prints_a_line_for_every_other_map(merged, capsys, form):
-    assert rectmerge("transform", merged, "--as", form) == console.YES
-
-    lines = capsys.readouterr().out.splitlines()
-    assert len(lines) == 2
-    for line, name in zip(lines, "bc", strict=True):
-        assert f"building_{name}" in line
-        assert ("building_a" in line) == (form != "pose")
-
-
-def test_transform_prints_matrices_and_takes_the_parent_s_name(merged, capsys):
-    assert rectmerge("transform", merged / "fleet.json", "--as", "matrix", "--parent", "world") == console.YES
-
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "# building_b in world"
-    assert lines[3] == "0 0 1"
-    assert len(lines) == 8
-
-
-def test_transform_of_maps_in_cells_gives_no_line_for_tf(merged, tmp_path, capsys):
-    record = json.loads((merged / "fleet.json").read_text())
-    record["placements"]["building_c"]["shared"]["unit"] = "cells"
-    (tmp_path / "fleet.json").write_text(json.dumps(record))
-
-    assert rectmerge("transform", tmp_path, "--as", "ros2") == console.BAD_INPUT
-    assert "TF is in metres, but the placement of building_c is in cells" in capsys.readouterr().err
-    assert rectmerge("transform", tmp_path, "--as", "pose") == console.YES
-    assert "the placement of building_c is in cells" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"components": None}, "not an answer of rectmerge merge"),
-        ({"placements": {}}, "there is no 'building_b'"),
-        ({"components": [], "left_out": {}}, "no maps belong together"),
-    ],
-)
-def test_transform_names_what_is_wrong_with_a_file(merged, tmp_path, capsys, change, message):
-    record = json.loads((merged / "fleet.json").read_text()) | change
-    (tmp_path / "fleet.json").write_text(json.dumps(record))
-
-    assert rectmerge("transform", tmp_path) in (console.BAD_INPUT, console.NO)
-    assert message in capsys.readouterr().err
-
-
-def test_commands_for_two_maps_say_so_where_there_are_more(merged, tmp_path, capsys):
-    assert rectmerge("transform", merged, "--candidate", "1") == console.BAD_INPUT
-    assert "holds more than two maps" in capsys.readouterr().err
-    assert rectmerge("view", merged, "--no-open", "--a", MAPS[0]) == console.BAD_INPUT
-    assert "--a and --b are for the merge of two" in capsys.readouterr().err
-    assert rectmerge("merge", *MAPS[:2], "--from", merged, "-o", tmp_path / "out") == console.BAD_INPUT
-    assert "holds more than two maps, but this is for the merge of two" in capsys.readouterr().err
-
-
-def test_view_writes_the_page_of_the_graph(merged, tmp_path, capsys):
-    page = tmp_path / "page.html"
-
-    assert rectmerge("view", merged, "--no-open", "-o", page) == console.YES
-
-    assert capsys.readouterr().out.strip() == str(page)
-    assert "all 3 maps are in one" in page.read_text()
-
-
-def test_view_names_a_map_that_has_changed_since(saved, tmp_path, capsys):
-    made = fleet(1, home=3, other=0)
-    files = saved(made)
-    assert rectmerge("merge", *files.values(), "-o", tmp_path / "out") == console.YES
-    write_map(OccupancyGrid(made.maps["home1"].occupancy[::-1]), files["home1"])
-
-    assert rectmerge("view", tmp_path / "out", "--no-open") == console.YES
-    assert "home1 changed since the merge" in capsys.readouterr().err
-    files["home1"].unlink()
-    assert rectmerge("view", tmp_path / "out", "--no-open") == console.BAD_INPUT

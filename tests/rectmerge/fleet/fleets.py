@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rectmerge.alignment import Alignment, Candidate
+from rectmerge.fleet.graph import AlignmentGraph
 from rectmerge.fleet.map_sample import digest
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid
 from rectmerge.similarity import Similarity
@@ -152,3 +153,19 @@ class Oracle:
         )
         verdict = "accepted" if best >= 0.85 else "ambiguous" if odds[0] > 2 else "rejected"
         return Alignment(verdict=verdict, reason="as told", method=self.name, candidates=candidates, confidence=best)
+
+
+def members(graph: AlignmentGraph) -> set[frozenset[str]]:
+    """The names of the maps of each component."""
+    return {frozenset(names) for names in graph.components}
+
+
+def worst_error(made: Fleet, graph: AlignmentGraph) -> float:
+    """Greatest error of the placements of two maps of one component, one on the other."""
+    return max(
+        made.error(graph.placements[a].pixels.inverse() @ graph.placements[b].pixels, a, b)
+        for names in graph.components
+        for a in names
+        for b in names
+        if a != b
+    )

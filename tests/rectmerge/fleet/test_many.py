@@ -13,21 +13,7 @@ from rectmerge.fleet.many import align_many
 from rectmerge.grid import UNKNOWN, OccupancyGrid, pixels_to_map_frame
 from rectmerge.similarity import Similarity
 from tests import drawing
-from tests.rectmerge.fleet.fleets import Fleet, Oracle, fleet, plan, window
-
-
-def members(graph):
-    return {frozenset(names) for names in graph.components}
-
-
-def worst_error(made: Fleet, graph) -> float:
-    return max(
-        made.error(graph.placements[a].pixels.inverse() @ graph.placements[b].pixels, a, b)
-        for names in graph.components
-        for a in names
-        for b in names
-        if a != b
-    )
+from tests.rectmerge.fleet.fleets import Oracle, fleet, members, worst_error
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -107,46 +93,6 @@ def test_the_order_of_the_maps_changes_nothing(seed):
                 assert there.matrix == pytest.approx(here.matrix, abs=1e-6)
 
 
-def test_a_cycle_settles_an_ambiguous_pair():
-    made = fleet(3, home=3, other=0, side=180)
-    pairs = frozenset({("home0", "home2")})
-
-    graph = align_many(made.maps, method=Oracle(made, doubts=pairs))
-
-    answer = graph.pairs["home0", "home2"]
-    assert graph
-    assert (answer.status, answer.candidate) == ("promoted", 2)
-    assert "candidate 2 agrees with the other pairs" in answer.reason
-    assert worst_error(made, graph) < 0.01
-
-
-def test_a_sure_but_wrong_pair_is_thrown_out_by_the_others():
-    for seed in range(5):
-        made = fleet(seed, home=5, other=0, side=160)
-        wrong = made.b_to_a("home1", "home2")
-        lies = {("home1", "home2"): Similarity(wrong.scale, wrong.angle + 0.8, wrong.tx + 40, wrong.ty)}
-
-        graph = align_many(made.maps, method=Oracle(made, lies=lies))
-
-        assert graph.pairs["home1", "home2"].status == "thrown out"
-        assert "the other pairs place the maps elsewhere" in graph.pairs["home1", "home2"].reason
-        assert graph
-        assert worst_error(made, graph) < 0.01
-
-
-def test_a_wrong_join_that_was_the_surest_is_undone_by_the_others():
-    for seed in range(5):
-        made = fleet(seed, home=5, other=0, side=160)
-        wrong = made.b_to_a("home1", "home2")
-        lies = {("home1", "home2"): Similarity(wrong.scale, wrong.angle + 0.8, wrong.tx + 40, wrong.ty)}
-
-        graph = align_many(made.maps, method=Oracle(made, log_odds=4.0, lies=lies))
-
-        assert graph
-        assert graph.pairs["home1", "home2"].status == "thrown out"
-        assert worst_error(made, graph) < 0.01
-
-
 def test_pairs_of_which_none_is_sure_join_where_all_together_are():
     made = fleet(4, home=4, other=2, side=180)
 
@@ -165,54 +111,6 @@ def test_copies_of_a_map_with_a_plausible_alias_belong_together():
     for placement in graph.placements.values():
         assert placement.pixels.matrix == pytest.approx(Similarity().matrix, abs=0.05)
         assert placement.confidence > 0.95
-
-
-def test_a_sure_but_wrong_pair_joins_no_map_of_another_building():
-    for seed in range(5):
-        made = fleet(seed, home=5, other=1, side=160)
-        made.maps = {name: made.maps[name] for name in sorted(made.maps, reverse=True)}
-
-        graph = align_many(made.maps, method=Oracle(made, lies={("home2", "other0"): Similarity(1.0, 0.3, -20, 12)}))
-
-        assert members(graph) == {frozenset(f"home{k}" for k in range(5))}
-        assert "fits home2 alone" in graph.left_out["other0"]
-
-
-def test_sure_lies_of_single_pairs_do_not_outvote_the_pairs_that_agree():
-    made = fleet(3, home=5, other=0, side=180)
-    lies = {
-        pair: Similarity(1.0, 0.6 + index, 40.0 * index, 10.0) @ made.b_to_a(*pair)
-        for index, pair in enumerate([("home0", "home3"), ("home1", "home4"), ("home1", "home3")])
-    }
-
-    graph = align_many(made.maps, method=Oracle(made, lies=lies))
-
-    assert graph
-    assert {graph.pairs[pair].status for pair in lies} <= {"thrown out", "not asked"}
-    assert worst_error(made, graph) < 0.01
-
-
-def test_a_wrong_join_that_nothing_can_contradict_is_named_as_a_bridge():
-    made = fleet(2, home=3, other=0)
-    twin, pose = window(plan(4), np.random.default_rng(0), (175.0, 175.0), 130)  # the same floor of another house
-    made.add("other0", "other", twin, pose)
-
-    graph = align_many(made.maps, method=Oracle(made, lies={("home2", "other0"): made.b_to_a("home2", "other0")}))
-
-    assert set(graph.placements) == set(made.maps)
-    assert ("home2", "other0") in graph.bridges
-
-
-def test_a_sure_answer_about_the_only_pair_of_a_building_joins_nothing_that_the_walls_contradict():
-    for seed in range(3):
-        made = fleet(seed, home=3, other=2)
-        right = made.b_to_a("other0", "other1")
-        lie = Similarity(right.scale, right.angle + 0.8, right.tx, right.ty)
-
-        graph = align_many(made.maps, method=Oracle(made, lies={("other0", "other1"): lie}))
-
-        assert members(graph) == {frozenset({"home0", "home1", "home2"})}
-        assert "walls of one map on the floor of another" in graph.left_out["other0"]
 
 
 def test_placements_keep_the_scale_of_every_map():
@@ -263,34 +161,6 @@ def test_a_spent_budget_is_named_where_a_map_is_left_out():
     assert all("were asked: allow more" in reason for reason in graph.left_out.values())
 
 
-def test_answers_of_an_earlier_graph_are_not_asked_again():
-    made = fleet(1, home=5, other=1)
-    first = {name: grid for name, grid in made.maps.items() if name != "home4"}
-    earlier = align_many(first, method=Oracle(made))
-    method = Oracle(made)
-
-    graph = align_many(made.maps, method=method, earlier=earlier)
-
-    assert members(graph) == {frozenset(f"home{k}" for k in range(5))}
-    assert method.asked
-    assert all("home4" in pair or pair not in earlier.pairs.asked for pair in method.asked)
-
-
-def test_an_earlier_answer_about_a_map_that_has_changed_is_asked_again():
-    made = fleet(1, home=3, other=0)
-    earlier = align_many(made.maps, method=Oracle(made))
-    occupancy = made.maps["home0"].occupancy.copy()
-    occupancy[:20] = UNKNOWN
-    made.maps["home0"] = OccupancyGrid(occupancy)
-    method = Oracle(made)
-
-    align_many(made.maps, method=method, earlier=earlier)
-
-    assert {frozenset(pair) for pair in method.asked} == {
-        frozenset({"home0", "home1"}), frozenset({"home0", "home2"})
-    }  # fmt: skip
-
-
 def test_maps_that_cannot_be_used_are_left_out_with_their_fault():
     made = fleet(1, home=3, other=0)
     empty = OccupancyGrid(np.full((5, 5), UNKNOWN, np.int8))
@@ -334,50 +204,3 @@ def test_of_two_maps_an_accepted_answer_of_no_confidence_is_taken_as_it_is():
             return dataclasses.replace(answer, verdict="accepted", confidence=0.0)
 
     assert align_many(made.maps, method=Sure(made, log_odds=-20.0)).placements["home1"].confidence == 0.0
-
-
-def test_growing_maps_keep_the_places_of_the_earlier_ones():
-    made = fleet(2, home=8, other=0)
-    names = list(made.maps)
-    graph, asked = align_many({name: made.maps[name] for name in names[:2]}, method=Oracle(made)), set()
-    for count in range(3, 9):
-        method = Oracle(made, noise=0.003)
-        grown = align_many({name: made.maps[name] for name in names[:count]}, method=method, earlier=graph)
-
-        assert not asked & set(method.asked)
-        assert not grown.changes
-        for name in graph.placements:
-            assert grown.placements[name].pixels.matrix == pytest.approx(graph.placements[name].pixels.matrix, abs=1e-9)
-        asked |= set(method.asked)
-        graph = grown
-
-    assert graph
-    assert worst_error(made, graph) < 0.02
-
-
-def test_an_earlier_placement_that_others_contradict_is_given_up_and_named():
-    made = fleet(2, home=5, other=0, side=170)
-    wrong = made.b_to_a("home0", "home1")
-    lies = {("home0", "home1"): Similarity(wrong.scale, wrong.angle + 0.7, wrong.tx + 60, wrong.ty)}
-    method = Oracle(made, lies=lies)
-    earlier = align_many({name: made.maps[name] for name in ("home0", "home1")}, method=method)
-    assert earlier
-
-    graph = align_many(made.maps, method=method, earlier=earlier)
-
-    assert graph
-    assert worst_error(made, graph) < 0.02
-    assert set(graph.changes) == {"home1"}
-    assert "cells of home0: the new placements are better by" in graph.changes["home1"]
-
-
-def test_an_earlier_map_that_is_left_out_now_is_named():
-    made = fleet(2, home=4, other=1, side=170)
-    lies = {("home0", "other0"): Similarity(1.0, 0.3, -20, 12)}
-    method = Oracle(made, lies=lies)
-    earlier = align_many({name: made.maps[name] for name in ("home0", "other0")}, method=method)
-
-    graph = align_many(made.maps, method=method, earlier=earlier)
-
-    assert set(graph.placements) == {f"home{k}" for k in range(4)}
-    assert graph.changes["other0"].startswith("left out now: it fits home0 alone")

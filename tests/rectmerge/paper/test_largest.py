@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis.extra.numpy import array_shapes, arrays
 
 from rectmerge.paper.largest import find_mer
-from tests import naive
+from tests.rectmerge.paper import naive
 
 
 @given(arrays(bool, array_shapes(min_dims=2, max_dims=2, max_side=7)))

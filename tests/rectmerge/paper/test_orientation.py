@@ -10,8 +10,7 @@ from rectmerge.errors import InputError
 from rectmerge.paper.edges import EDGES, edge_lines, edge_points, edge_rectangles, largest_neighbours
 from rectmerge.paper.orientation import orthogonal_orientation, smallest_turn
 from rectmerge.paper.rmap import rmap
-from tests import naive
-from tests.rectmerge.paper import plans
+from tests.rectmerge.paper import naive, plans
 
 
 def residual_deg(turn: float, degrees: float) -> float:

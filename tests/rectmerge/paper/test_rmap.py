@@ -7,8 +7,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from rectmerge.errors import InputError
 from rectmerge.paper.largest import find_mer
 from rectmerge.paper.rmap import SIDES, rmap
-from tests import naive
-from tests.rectmerge.paper import plans
+from tests.rectmerge.paper import naive, plans
 
 MASKS = arrays(bool, array_shapes(min_dims=2, max_dims=2, max_side=12))
 

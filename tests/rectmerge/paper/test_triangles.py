@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from rectmerge.errors import InputError
 from rectmerge.paper.merging import Paper
 from rectmerge.paper.triangles import corresponding, shared_triangles
-from tests import naive
+from tests.rectmerge.paper import naive
 
 ONES = (1.0, 1.0, 1.0, 1.0, 1.0)
 

@@ -20,6 +20,7 @@ from scenarios import corruption
 Box = tuple[float, float, float, float]  # x, y, w, h
 Polygon = NDArray[np.float64]  # (K, 2), convex, either way round
 WALL, DOOR = 6.0, 10.0
+WALL_CELLS = ((1, 1), (3, 1), (1, 3))  # of a pair of views of an office: in A and in B
 
 
 @dataclass(frozen=True)
@@ -212,6 +213,19 @@ def corridor(length: float = 4000.0, seed: int = 0) -> list[Polygon]:
                 rooms.append(box(x + rng.uniform(0.1, 0.6) * width, edge - WALL if low else edge, 12.0, WALL))
             x += width + rng.uniform(6, 30)
     return rooms
+
+
+def office_pair(seed: int, *, least_share: float = 0.72) -> tuple[PlanView, PlanView, float]:
+    """See an office twice: any turns, scale 0.6 to 1.6, A its left part and B its right, noise level 0 to 2."""
+    rng = np.random.default_rng(seed)
+    rooms = office(seed)
+    (turn_a, turn_b), scale, share = rng.uniform(0, 360, 2), rng.uniform(0.6, 1.6), rng.uniform(least_share, 1.0)
+    left, right = (-8, -8, 300 * share + 8, 236), (300 * (1 - share), -8, 300 * share + 8, 236)
+    wall_a, wall_b = WALL_CELLS[seed % 3]
+    noise = int(rng.integers(0, 3))
+    a = see(rooms, degrees=turn_a, window=left, wall_cells=wall_a, noise=noise, seed=seed)
+    b = see(rooms, degrees=turn_b, scale=scale, window=right, wall_cells=wall_b, noise=noise, seed=seed + 1000)
+    return a, b, scale
 
 
 def as_placement(similarity: Similarity) -> NDArray[np.float64]:

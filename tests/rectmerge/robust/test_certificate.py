@@ -12,8 +12,7 @@ from rectmerge.robust.face_score import PADDING, FaceScore, total
 from rectmerge.robust.features import extract_features
 from rectmerge.robust.params import Params
 from rectmerge.similarity import Similarity
-from tests import naive
-from tests.rectmerge.robust import plans
+from tests.rectmerge.robust import naive, plans
 
 PARAMS = Params()
 ROW = [*(plans.box(40 * i, 0, 34, 50) for i in range(8)), *(plans.box(40 * i + 33, 20, 8, 10) for i in range(7))]

@@ -6,8 +6,7 @@ from rectmerge.analysis.distance_codes import distance_to
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.robust.contradictions import measure
 from rectmerge.robust.params import Params
-from tests import naive
-from tests.rectmerge.robust import plans
+from tests.rectmerge.robust import naive, plans
 
 PARAMS = Params()
 SIDE = 120

@@ -11,8 +11,7 @@ from rectmerge.robust.correlation import _correlated, correlate, scales_within
 from rectmerge.robust.features import dominant_angles, extract_features
 from rectmerge.robust.likelihood import WallNoise, face_gains
 from rectmerge.robust.params import Params
-from tests import naive
-from tests.rectmerge.robust import plans
+from tests.rectmerge.robust import naive, plans
 
 PARAMS = Params()
 CELLS, SCALE_STEP = PARAMS.correlate.cell_cells, PARAMS.correlate.scale_step

@@ -14,8 +14,8 @@ from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from rectmerge.robust.features import dominant_angles, extract_features, rectangles_in_frame, shrink
 from rectmerge.robust.params import Params
-from tests import drawing, naive
-from tests.rectmerge.robust import plans
+from tests import drawing
+from tests.rectmerge.robust import naive, plans
 
 PARAMS = Params()
 CELLS = arrays(np.int8, array_shapes(min_dims=2, max_dims=2, max_side=12), elements=st.sampled_from([-1, 0, 0, 100]))

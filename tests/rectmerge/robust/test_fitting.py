@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rectmerge._kernels.fitting import inverse, slopes, solve, stepped
 from rectmerge._kernels.placements import invert
 from rectmerge.similarity import Similarity
-from tests import naive
+from tests.rectmerge.robust import naive
 from tests.rectmerge.robust.plans import as_placement
 
 NUMBERS = st.floats(-50, 50)

@@ -10,7 +10,7 @@ from rectmerge.robust.features import Frame
 from rectmerge.robust.hypotheses import propose
 from rectmerge.robust.params import ProposeParams
 from rectmerge.similarity import Similarity
-from tests import naive
+from tests.rectmerge.robust import naive
 from tests.rectmerge.robust.plans import as_placement
 
 PARAMS = ProposeParams()

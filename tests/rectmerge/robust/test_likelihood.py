@@ -12,8 +12,8 @@ from rectmerge.robust.features import extract_features
 from rectmerge.robust.likelihood import STEPS_PER_NAT, WallLikelihood, WallNoise, likelihood_field
 from rectmerge.robust.params import Params
 from rectmerge.robust.refinement import invert
-from tests import drawing, naive
-from tests.rectmerge.robust import plans
+from tests import drawing
+from tests.rectmerge.robust import naive, plans
 
 PARAMS = Params()
 SEARCH_NOISE = WallNoise(PARAMS.propose.noise_spreads_cells, PARAMS.propose.noise_outliers)

@@ -11,8 +11,7 @@ from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.robust.features import extract_features
 from rectmerge.robust.refinement import Surface, fit_surfaces, refine, to_pixels
 from rectmerge.similarity import Similarity
-from tests import naive
-from tests.rectmerge.robust import plans
+from tests.rectmerge.robust import naive, plans
 from tests.rectmerge.robust.fits import EXACT, PARAMS, fitted, nudged, views
 from tests.rectmerge.robust.plans import as_placement, as_similarity
 

@@ -12,8 +12,7 @@ from rectmerge.robust.ranking import rank, rerank
 from rectmerge.robust.refinement import to_pixels
 from rectmerge.robust.wall_agreement import AgreementScorer
 from rectmerge.robust.working_pair import WorkingPair
-from tests import naive
-from tests.rectmerge.robust import plans
+from tests.rectmerge.robust import naive, plans
 from tests.rectmerge.robust.plans import as_similarity
 
 PARAMS = Params()

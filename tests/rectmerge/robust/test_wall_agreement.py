@@ -7,8 +7,7 @@ from rectmerge._kernels.code_counts import count_codes
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.params import Params
 from rectmerge.robust.wall_agreement import AgreementScorer
-from tests import naive
-from tests.rectmerge.robust import plans
+from tests.rectmerge.robust import naive, plans
 
 PARAMS = Params()
 IDENTITY = np.array([[1.0, 0.0, 0.0, 0.0]])
