@@ -7,6 +7,9 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3 || command -v pyth
 
 PARALLEL := --numprocesses auto --dist loadfile --no-loadscope-reorder
 
+# Where it is set, each of the hundreds of processes that the tests start would translate the sources anew.
+test test-fast coverage: export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: demo test test-fast check coverage bench bench-release fuzz results picture docs clean
 
 demo: $(MARK)-sim

@@ -1,6 +1,7 @@
 """Settings of the whole suite."""
 
 import os
+from pathlib import Path
 
 from hypothesis import settings
 
@@ -10,3 +11,21 @@ settings.register_profile("compiled", deadline=None, derandomize=bool(os.environ
 settings.register_profile("fast", deadline=None, max_examples=20)  # `make test-fast`
 settings.register_profile("long", deadline=None, max_examples=2000)  # `make fuzz`
 settings.load_profile("compiled")
+
+HERE = Path(__file__).parent
+LONGEST = {
+    HERE / name
+    for name in (
+        "scenarios/studies/test_accuracy.py",
+        "scenarios/bench/test_resume.py",
+        "scenarios/execution/test_executors.py",
+        "test_wheel.py",
+        "test_snippets.py",
+    )
+}
+
+
+def pytest_collection_modifyitems(items):
+    """Let the processes of `make test` begin with the files that take longest: the last works alone."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        items.sort(key=lambda item: item.path not in LONGEST)

@@ -20,7 +20,7 @@ def installed(tmp_path_factory):
     subprocess.run(build, check=True, timeout=300)
     (wheel,) = folder.glob("*.whl")
     subprocess.run([sys.executable, "-m", "venv", str(folder / "env")], check=True, timeout=120)
-    install = [folder / "env" / "bin" / "python", "-m", "pip", "install", "--quiet", str(wheel)]
+    install = [folder / "env" / "bin" / "python", "-m", "pip", "install", "--quiet", "--no-compile", str(wheel)]
     subprocess.run(install, check=True, timeout=600)
     return folder / "env" / "bin"
 
@@ -39,7 +39,21 @@ def test_maps_are_merged_without_the_simulator(installed, tmp_path):
 
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "out" / "merged.yaml").exists()
+    assert done.stderr.count("compiling inner loops") == 1  # one wait, for all that a merge uses
+    assert "inner loops compiled, about" in done.stderr
     assert run(installed / "python", "-c", "import pybullet", cwd=tmp_path).returncode == 1
+    bent = ("--unbend", "always", "--force")
+    again = run(
+        installed / "rectmerge",
+        "merge",
+        *(DATA / f"building_{name}.yaml" for name in "ab"),
+        "-o",
+        "out",
+        *bent,
+        cwd=tmp_path,
+    )
+    assert again.returncode == 0, again.stderr
+    assert "compiling" not in again.stderr
 
 
 @pytest.mark.parametrize("words", ["generate smoke -o set", "run smoke -o run", "demo -o demo", "figures -o figures"])

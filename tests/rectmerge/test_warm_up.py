@@ -1,16 +1,20 @@
+import json
 import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from rectmerge import _kernels
 from rectmerge._kernels.compiling import kernels_of
 from rectmerge.aligning import align
+from rectmerge.cli import console
+from rectmerge.cli import main as cli
 from rectmerge.elastic.unbend import unbend
 from rectmerge.similarity import Similarity
-from rectmerge.warm_up import SHIFT_CELLS, small_building, warm_up
+from rectmerge.warm_up import SHIFT_CELLS, WarmUp, small_building, warm_up
 from tests import drawing
 
 COMMANDS = (
@@ -22,6 +26,32 @@ COMMANDS = (
     "merge A B -o OUT --unbend always --force",
     "merge A B C -o OUT --force",
 )
+# In a process of its own, where no other test has used a kernel. A kernel that a command uses for types for which the
+# warm-up did not would have been compiled, were it not for the cache.
+RUN_AFTER_A_WARM_UP = """
+import json, sys
+from rectmerge import _kernels
+from rectmerge._kernels.compiling import kernels_of
+from rectmerge.cli import console
+from rectmerge.cli.main import app
+from rectmerge.warm_up import warm_up
+
+compiled = warm_up().compiled
+said = []
+for words in json.loads(sys.argv[1]):
+    ready = {kernel: len(kernel.signatures) for kernel in kernels_of(_kernels)}
+    status = console.run(app, "rectmerge", words)
+    said.append([status, [kernel.__name__ for kernel, count in ready.items() if len(kernel.signatures) > count]])
+print(json.dumps([compiled, said]), file=sys.stderr)
+"""
+
+
+def python(code, *words, **environment):
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], env=os.environ | environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done
 
 
 @pytest.mark.slow
@@ -41,35 +71,43 @@ def test_the_drawn_building_is_one_that_the_methods_accept():
     assert unbend(a, a, Similarity(tx=SHIFT_CELLS, ty=SHIFT_CELLS))
 
 
-@pytest.mark.slow  # compiles everything anew, half a minute of processor time
-def test_the_first_merge_compiles_in_one_wait_and_no_command_after_a_warm_up(tmp_path):
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+@pytest.mark.slow  # all kernels are loaded, and seven commands run
+def test_no_command_compiles_after_a_warm_up(tmp_path):
     for suffix in (".yaml", ".pgm"):
         shutil.copy(drawing.DATA / f"building_a{suffix}", tmp_path)
     names = {
-        "C": tmp_path / "building_a.yaml",
-        "A": drawing.DATA / "building_a.yaml",
-        "B": drawing.DATA / "building_b.yaml",
-        "OUT": tmp_path / "out",
+        "A": str(drawing.DATA / "building_a.yaml"),
+        "B": str(drawing.DATA / "building_b.yaml"),
+        "C": str(tmp_path / "building_a.yaml"),
     }
+    lines = [[names.get(word, word).replace("OUT", str(tmp_path / "out")) for word in c.split()] for c in COMMANDS]
+    warm_up()
 
-    def run(line):
-        words = [str(names.get(word, word)).replace("OUT", str(names["OUT"])) for word in line.split()]
-        code = "from rectmerge.cli.main import main; main()"
-        done = subprocess.run([sys.executable, "-c", code, *words], env=environment, capture_output=True, text=True)
-        assert done.returncode in (0, 1, 3), done.stderr
-        return done
+    compiled, said = json.loads(python(RUN_AFTER_A_WARM_UP, json.dumps(lines)).stderr.splitlines()[-1])
 
-    first = run("merge A B -o OUT-first").stderr
+    assert compiled == 0  # all came from the cache that this process has filled
+    for command, (status, anew) in zip(COMMANDS, said, strict=True):
+        assert status in (console.YES, console.NO, console.AMBIGUOUS), command
+        assert anew == [], command
 
-    assert first.count("compiling inner loops") == 1
-    assert "inner loops compiled, about" in first
-    assert "compiling" not in run("merge A B -o OUT-first --unbend always --force").stderr
 
-    warmed = run("warm-up")
+@pytest.mark.parametrize(
+    ("done", "said"),
+    [
+        (WarmUp(7, 12.3, Path("cache")), "compiled in 12 s of processor time; kept in cache"),
+        (WarmUp(0, 0.1, Path("cache")), "nothing was left to compile; kept in cache"),
+        (WarmUp(7, 12.3, None), "not kept: no cache can be written; NUMBA_CACHE_DIR may name one"),
+    ],
+)
+def test_the_command_says_what_was_compiled_and_where_it_is_kept(monkeypatch, capsys, done, said):
+    monkeypatch.setattr("rectmerge.warm_up.warm_up", lambda progress: done)
 
-    assert "compiled in" in warmed.stdout
-    assert str(tmp_path / "cache") in warmed.stdout
-    for line in COMMANDS:
-        assert "compiling" not in run(line).stderr, line
-    assert "nothing was left to compile" in run("warm-up").stdout
+    assert console.run(cli.app, "rectmerge", ["warm-up"]) == console.YES
+
+    assert capsys.readouterr().out.rstrip().endswith(said)
+
+
+def test_the_cache_is_where_numba_is_told_to_keep_it(tmp_path):
+    code = "from rectmerge._kernels import compiling, runs; print(compiling.cache_folder(runs.interval_end))"
+
+    assert Path(python(code, NUMBA_CACHE_DIR=str(tmp_path)).stdout).is_relative_to(tmp_path)

@@ -14,10 +14,22 @@ def leaderboard(*words):
     return console.run(app, "rectbench", ["leaderboard", *map(str, words)])
 
 
+SUITE = """
+title = "A small office"
+
+[[scenarios]]
+name = "office"
+noise = [1]
+world = { size_m = [14.0, 10.0], rooms = 6, oblique = 0.0, furniture = 0.0 }
+mission = { rays = "compiled", max_seconds = 20, a = { lidar = { beams = 180 } }, b = { lidar = { beams = 180 } } }
+"""
+
+
 @pytest.fixture
 def finished(tmp_path):
     """A folder in which one run of the leaderboard is finished, by one method, and none other begun."""
-    words = ["run", "smoke", "--method", "paper", "-o", tmp_path / "runs" / "headline", "--quiet"]
+    (tmp_path / "offices.toml").write_text(SUITE)
+    words = ["run", tmp_path / "offices.toml", "--method", "paper", "-o", tmp_path / "runs" / "headline", "--quiet"]
     assert console.run(app, "rectbench", [*map(str, words)]) == console.YES
     return tmp_path
 
