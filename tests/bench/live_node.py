@@ -57,7 +57,9 @@ def main() -> None:
                 f"{100 * np.median(loads):.0f}",
             )
         )
-    given.output.write_text(_page(rows, f"python -m tests.bench.live_node -o {given.output}"), encoding="utf-8")
+    given.output.write_text(
+        _page(rows, f"python -m tests.bench.live_node -o {given.output} --seeds {given.seeds}"), encoding="utf-8"
+    )
 
 
 def _possible(fleet: list[Explorer]) -> tuple[dict[str, float], list[float]]:
