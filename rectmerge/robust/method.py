@@ -59,9 +59,11 @@ class Robust(Params):
     ) -> Alignment:
         """Place B on A as `align` does, with a hint about the placement."""
         alignment = self._align(hint, a, b, scale=scale, rng=rng)
+        if alignment:
+            return alignment
         inside = without_outside(a, self.outside), without_outside(b, self.outside)
         whites = [name for name, map_, whole in zip("AB", inside, (a, b), strict=True) if map_ is not whole]
-        if alignment or len(whites) != 1:  # two white outsides agree, as two unknown ones do
+        if len(whites) != 1:  # two white outsides agree, as two unknown ones do
             return alignment
         again = self._align(hint, *inside, scale=scale, rng=rng)
         return replace(again, reason=reasons.without_outside(again.reason, whites[0])) if again else alignment
