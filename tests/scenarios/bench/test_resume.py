@@ -23,7 +23,7 @@ def timeless(folder):
     return sorted(rows, key=lambda row: row["task_id"])
 
 
-def wait_for(condition, within_s=30.0):
+def wait_for(condition, within_s=120.0):  # a busy machine takes its time
     ends = time.monotonic() + within_s
     while not (result := condition()):
         assert time.monotonic() < ends
@@ -145,7 +145,7 @@ def test_killed_at_random_moments_a_run_of_a_suite_keeps_the_data_set_and_rows_o
     draw, kills, kept = random.Random(5), 0, tmp_path / "cut/dataset"
     for is_keeping in (True, False, True):
         process, before = start(*words(tmp_path / "cut")), names_in(kept)
-        wait_for(lambda: process.poll() is not None or not is_keeping or names_in(kept) - before, 60)  # noqa: B023
+        wait_for(lambda: process.poll() is not None or not is_keeping or names_in(kept) - before, 300)  # noqa: B023
         time.sleep(draw.uniform(0.0, 0.02 if is_keeping else 6.0))
         below = descendants(process.pid)
         process.kill()
