@@ -31,7 +31,7 @@ def wait_for(condition, within_s=120.0):  # a busy machine takes its time
     return result
 
 
-def ended(pids, within_s=2.0):
+def ended(pids, within_s=60.0):
     wait_for(lambda: not any(map(is_running, pids)), within_s)
     return True
 
@@ -88,7 +88,7 @@ def test_ctrl_c_ends_everything_within_two_seconds_and_says_how_to_go_on(tmp_pat
 
     assert time.monotonic() - started < 2
     assert status == 130
-    assert ended(below)
+    assert ended(below, within_s=2.0)
     assert (tmp_path / "said").read_text().splitlines() == [
         f"rectbench: {tmp_path / 'run'} keeps what is done; the same command goes on from there",
         "rectbench: interrupted",
