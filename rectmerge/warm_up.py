@@ -11,7 +11,13 @@ import cv2
 import numpy as np
 
 from rectmerge import _kernels
-from rectmerge._kernels.compiling import after_each_compilation, cache_folder, is_cached, is_compiled, kernels_of
+from rectmerge._kernels.compiling import (
+    after_each_compilation,
+    cache_folder,
+    is_compiled,
+    is_uncached,
+    kernels_of,
+)
 from rectmerge._kernels.spline_lattice import gradients
 from rectmerge.aligning import align, check
 from rectmerge.alignment import Certifies
@@ -65,6 +71,8 @@ def warm_up(progress: Callable[[int, int], None] | None = None, *, only_merging:
     ``warm_up(lambda ready, of: print(f"{ready} of {of}"))``
     """
     kernels = [kernel for kernel in kernels_of(_kernels) if not only_merging or _is_of_merging(kernel)]
+    if not kernels:  # NUMBA_DISABLE_JIT is set
+        return WarmUp(0, 0.0, None)
     started, compiled, shown = time.process_time(), 0, 0
 
     def count() -> None:
@@ -83,8 +91,8 @@ def warm_up(progress: Callable[[int, int], None] | None = None, *, only_merging:
 
 
 def is_first_merge() -> bool:
-    """Return whether the kernels of merging are not yet in the cache of this machine; reads a file of 2 KB."""
-    return not is_cached(gradients)  # the last of them that a warm-up compiles
+    """Return whether the kernels of merging can be kept on this machine and are not yet; reads a file of 2 KB."""
+    return is_uncached(gradients)  # the last of them that a warm-up compiles
 
 
 def small_building() -> tuple[OccupancyGrid, OccupancyGrid]:

@@ -65,7 +65,7 @@ class BendOptions:
             return BendParams(accept=AcceptanceParams(min_distance_cells=ANY_DISTANCE_CELLS))
         return BendParams()
 
-    def is_told(self, bend: Bend) -> bool:
+    def is_reported(self, bend: Bend) -> bool:
         """Return whether a bend, or its refusal, is worth a line: a refusal is where walls clearly lie apart."""
         from rectmerge.elastic.params import AcceptanceParams
 
@@ -79,7 +79,7 @@ class BendOptions:
         if self.params is None or not alignment:
             return None
         bend = unbend(a, b, alignment, params=self.params)
-        return bend if self.is_told(bend) else None
+        return bend if self.is_reported(bend) else None
 
     def bend_many(self, graph: AlignmentGraph, maps: Mapping[str, OccupancyGrid]) -> dict[str, Bend]:
         """Try to bend the maps of each component onto the others; those that do not clearly bend are left out."""
@@ -88,4 +88,4 @@ class BendOptions:
         if self.params is None:
             return {}
         bends = unbend_many(maps, graph, params=self.params)
-        return {name: bend for name, bend in bends.items() if self.is_told(bend)}
+        return {name: bend for name, bend in bends.items() if self.is_reported(bend)}

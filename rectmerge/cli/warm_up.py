@@ -19,9 +19,13 @@ def warm_up() -> None:
     from rectmerge.warm_up import warm_up as compile_all
 
     done = compile_all(_Progress())
-    kept = f"kept in {done.cache}" if done.cache else "not kept: no cache can be written; NUMBA_CACHE_DIR may name one"
     work = f"compiled in {done.cpu_s:.0f} s of processor time" if done.compiled else "nothing was left to compile"
-    typer.echo(f"inner loops are ready: {work}; {kept}")
+    kept = ""
+    if done.cache:
+        kept = f"; kept in {done.cache}"
+    elif done.compiled:
+        kept = "; not kept: no cache can be written; NUMBA_CACHE_DIR may name one"
+    typer.echo(f"inner loops are ready: {work}{kept}")
 
 
 def compile_before_first_merge() -> None:

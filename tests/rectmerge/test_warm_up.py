@@ -97,6 +97,7 @@ def test_no_command_compiles_after_a_warm_up(tmp_path):
         (WarmUp(7, 12.3, Path("cache")), "compiled in 12 s of processor time; kept in cache"),
         (WarmUp(0, 0.1, Path("cache")), "nothing was left to compile; kept in cache"),
         (WarmUp(7, 12.3, None), "not kept: no cache can be written; NUMBA_CACHE_DIR may name one"),
+        (WarmUp(0, 0.0, None), "nothing was left to compile"),
     ],
 )
 def test_the_command_says_what_was_compiled_and_where_it_is_kept(monkeypatch, capsys, done, said):
@@ -111,3 +112,9 @@ def test_the_cache_is_where_numba_is_told_to_keep_it(tmp_path):
     code = "from rectmerge._kernels import compiling, runs; print(compiling.cache_folder(runs.interval_end))"
 
     assert Path(python(code, NUMBA_CACHE_DIR=str(tmp_path)).stdout).is_relative_to(tmp_path)
+
+
+def test_where_compilation_is_switched_off_nothing_is_left_to_compile():
+    code = "from rectmerge.warm_up import is_first_merge, warm_up; print(is_first_merge(), warm_up().compiled)"
+
+    assert python(code, NUMBA_DISABLE_JIT="1").stdout == "False 0\n"
