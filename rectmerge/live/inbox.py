@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from rectmerge.errors import MapFileError
@@ -16,12 +16,31 @@ class _Slot:
     """Newest map of a robot: as a message until somebody needs its cells, then as a grid, or why it is none."""
 
     message: Any
-    sent_ns: int
+    sent: tuple[int, int]  # run of the publisher's clock and time in it, nanoseconds
     newest: OccupancyGrid | MapFileError | None = None
-    fault: MapFileError | None = None  # of the last update
+    fault: MapFileError | None = None  # of the last update, until it is taken
     is_new: bool = True
+    lock: threading.Lock = field(default_factory=threading.Lock)  # decoding one map holds up no other
 
-    def decode(self, robot: str) -> OccupancyGrid | MapFileError:
+    def update(self, robot: str, message: Any) -> None:
+        with self.lock:
+            if isinstance(grid := self._decode(robot), MapFileError):
+                return
+            try:
+                self.newest = updated(grid, message, f"the map update of {robot}")
+                self.is_new, self.fault = True, None
+            except MapFileError as fault:
+                self.fault = fault
+
+    def take(self, robot: str) -> list[OccupancyGrid | MapFileError]:
+        with self.lock:
+            new = [self._decode(robot)] if self.is_new else []
+            if self.fault is not None:
+                new.append(self.fault)
+            self.is_new, self.fault = False, None
+            return new
+
+    def _decode(self, robot: str) -> OccupancyGrid | MapFileError:
         if self.newest is None:
             try:
                 self.newest = grid_of_message(self.message, f"the map of {robot}")
@@ -40,8 +59,9 @@ class MapInbox:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._slots: dict[str, _Slot] = {}
+        self._heard: dict[tuple[str, str], tuple[int, int]] = {}  # when the last message of a subscription was sent
 
-    def put(self, robot: str, message: Any, sent_ns: int = 0) -> None:
+    def put(self, robot: str, message: Any, sent_ns: int = 0, subscription: str = "") -> None:
         """Keep a nav_msgs/OccupancyGrid in place of an earlier one.
 
         Parameters
@@ -51,33 +71,37 @@ class MapInbox:
         message
             The message.
         sent_ns
-            Time at which it was sent, by its publisher's clock, nanoseconds; a message of the same time is the same one
-            on another subscription, and is dropped. 0 where it is not known.
+            Time at which it was sent, by its publisher's clock, nanoseconds; 0 where it is not known. A message sent no
+            later than the newest comes late on another subscription, and is dropped.
+        subscription
+            Which of the robot's subscriptions brought it. Each brings messages in the order of their sending: where the
+            time goes back on one, the publisher has been started again, and its clock runs anew.
         """
         with self._lock:
-            slot = self._slots.get(robot)
-            if slot is None or not sent_ns or slot.sent_ns != sent_ns:
-                self._slots[robot] = _Slot(message, sent_ns)
+            slot, heard = self._slots.get(robot), self._heard.get((robot, subscription), (0, 0))
+            sent = heard[0] + (0 < sent_ns < heard[1]), sent_ns
+            if slot is not None and sent_ns and sent_ns == slot.sent[1]:
+                sent = slot.sent  # the same message, so the same run of the clock
+            if sent_ns:
+                self._heard[robot, subscription] = sent
+            if slot is None or not sent_ns or sent > slot.sent:
+                self._slots[robot] = _Slot(message, sent)
 
     def update(self, robot: str, message: Any) -> None:
         """Write a map_msgs/OccupancyGridUpdate into the robot's newest map; before there is one it is dropped.
 
-        An update that does not fit the map is told by the next `take`, and the map stays as it was.
+        An update that does not fit the map is reported by the next `take`, and the map stays as it was.
         """
         with self._lock:
             slot = self._slots.get(robot)
-            if slot is None or isinstance(grid := slot.decode(robot), MapFileError):
-                return
-            slot.is_new = True
-            try:
-                slot.newest, slot.fault = updated(grid, message, f"the map update of {robot}"), None
-            except MapFileError as fault:
-                slot.fault = fault
+        if slot is not None:
+            slot.update(robot, message)
 
-    def take(self) -> dict[str, OccupancyGrid | MapFileError]:
-        """Return the maps that are new since the last call, or why a message is no map, by robot."""
+    def take(self) -> list[tuple[str, OccupancyGrid | MapFileError]]:
+        """Return, with their robots, the maps that are new since the last call, and why a message is none.
+
+        A robot's map comes before the fault of its last update.
+        """
         with self._lock:
-            new = {robot: slot for robot, slot in self._slots.items() if slot.is_new}
-            for slot in new.values():
-                slot.is_new = False
-            return {robot: slot.fault or slot.decode(robot) for robot, slot in new.items()}
+            slots = list(self._slots.items())
+        return [(robot, new) for robot, slot in slots for new in slot.take(robot)]

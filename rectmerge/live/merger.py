@@ -128,7 +128,7 @@ class LiveMerger:
                 whose = robot if robot in anew else self.reference
                 reason = f"the map of {whose} has lost more than half of its free space: it has begun anew"
                 events.append(Event(robot, self.reference, "taken out", reason))
-            self._tracks[robot] = Track()
+            self._tracks[robot] = Track(questions=self._tracks[robot].questions)
             self._earlier.placements.pop(robot, None)
         for robot in anew:
             self._maps[robot].considered = None
@@ -143,7 +143,7 @@ class LiveMerger:
         return events
 
     def _judge_robot(self, robot: str, placement: Placement | None, graph: AlignmentGraph) -> list[Event]:
-        track = self._tracks[robot]
+        track, question = self._tracks[robot], self._count_question(robot, graph)
         if placement is None:
             change = track.refuse({name: each.version for name, each in self._maps.items()}, self._params)
             if change is None:
@@ -154,7 +154,7 @@ class LiveMerger:
         maps = self._maps[self.reference].newest, self._maps[robot].newest
         known = self._earlier.placements.get(robot) if self._earlier.reference == self.reference else None
         result = track.accept(
-            placement.to_reference, versions, maps, self._params, known, placement.confidence, self._question(robot)
+            placement.to_reference, versions, maps, self._params, known, placement.confidence, question
         )
         if result is None:
             return []
@@ -164,9 +164,11 @@ class LiveMerger:
             reason = f"{reason}: {moved:.1f} cells from where it was"
         return [Event(robot, self.reference, change, reason, placement.confidence)]
 
-    def _question(self, robot: str) -> int:
-        """Return the number of different pairs that the maps of a robot and of the reference have been."""
-        return self._maps[robot].version + self._maps[self.reference].version - 1
+    def _count_question(self, robot: str, graph: AlignmentGraph) -> int:
+        """Return the number of questions about a robot: of its map, the reference's, and those joined with it."""
+        joined = next((group for group in graph.components if robot in group), ())
+        versions = {name: self._maps[name].version for name in sorted({robot, self.reference, *joined})}
+        return self._tracks[robot].ask(versions, versions[robot] + versions[self.reference] - 1)
 
     def _why_not(self, robot: str, graph: AlignmentGraph) -> str:
         if robot in graph.left_out:
@@ -202,7 +204,7 @@ class LiveMerger:
     def _waiting(self, robot: str, confidence: float) -> str:
         track, asked = self._tracks[robot], self._params.least_confidence
         if track.accepts >= self._params.accepts:
-            asked = self._params.confidence_asked(self._question(robot))
+            asked = self._params.confidence_asked(track.questions)
         if confidence < asked:
             return f"fits with a confidence of {confidence:.4f}; {asked:.4f} is asked of maps that were asked often"
         count = f"{track.accepts} of {self._params.accepts} answers agree"

@@ -90,7 +90,7 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
         """Take the newest maps, merge, and publish what has changed."""
         if not self.settings.robots:
             self._discover()
-        for robot, newest in self._inbox.take().items():
+        for robot, newest in self._inbox.take():
             if isinstance(newest, OccupancyGrid):
                 self._frames[robot] = newest.frame or ""
             self._merger.update(robot, newest)
@@ -130,11 +130,14 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
         if robot in self._subscriptions_by_robot:
             return
 
-        def put(message: Any, about: Any) -> None:
-            self._inbox.put(robot, message, about["source_timestamp"])
+        def subscribed(name: str, quality: QoSProfile) -> Any:
+            def put(message: Any, about: Any) -> None:
+                self._inbox.put(robot, message, about["source_timestamp"], name)
+
+            return self.create_subscription(GridMessage, topic, put, quality)
 
         topic = self.settings.topic_of(robot)
-        subscriptions = [self.create_subscription(GridMessage, topic, put, quality) for quality in (LATCHED, VOLATILE)]
+        subscriptions = [subscribed("latched", LATCHED), subscribed("volatile", VOLATILE)]
         if (update_type := update_message_type()) is not None:
             update = functools.partial(self._inbox.update, robot)
             subscriptions.append(self.create_subscription(update_type, topic + UPDATES, update, UPDATE_DEPTH))

@@ -30,6 +30,10 @@ class Track:
         Number of answers in a row that do not place the robot, though it is published.
     seen
         Versions of the maps on which the last answer rests.
+    questions
+        Number of different questions that were asked about the robot.
+    asked
+        Versions of the maps of which the last question was.
     """
 
     published: Similarity | None = None
@@ -37,6 +41,22 @@ class Track:
     accepts: int = 0
     refusals: int = 0
     seen: dict[str, int] = field(default_factory=dict)
+    questions: int = 0
+    asked: dict[str, int] = field(default_factory=dict)
+
+    def ask(self, versions: Mapping[str, int], least: int) -> int:
+        """Count a question about the robot, unless it is the last one again; return the number of all of them.
+
+        Parameters
+        ----------
+        versions
+            Versions of the maps that the answer may depend on.
+        least
+            Number of different pairs that the maps of the robot and of the reference have been, asked about or not.
+        """
+        if dict(versions) != self.asked:
+            self.questions, self.asked = max(self.questions + 1, least), dict(versions)
+        return self.questions
 
     def accept(
         self,

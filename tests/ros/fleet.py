@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rectmerge.grid import OccupancyGrid
+from rectmerge.analysis.displacement import displacement_cells
+from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
 from rectmerge.similarity import Similarity
 from sim.missions.mission import run_fleet
 from sim.missions.spec import MissionSpec, RobotSpec
@@ -42,3 +43,10 @@ def explore(robots: int, seed: int = 3) -> list[Explorer]:
         maps = [replace(grid, frame=f"{name}/map") for grid in grown]
         explorers.append(Explorer(name, maps, Similarity(1.0, yaw, x, y)))
     return explorers
+
+
+def misplaced_cells(placement: Similarity, reference: Explorer, explorer: Explorer, grid: OccupancyGrid) -> float:
+    """Return how far a placement of a version of a robot's map lies from the true one, cells of the reference."""
+    truth = reference.in_world.inverse() @ explorer.in_world
+    found, right = (map_frame_to_pixels(each, reference.maps[-1], grid) for each in (placement, truth))
+    return displacement_cells(grid, found, right)

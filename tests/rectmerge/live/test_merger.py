@@ -156,3 +156,13 @@ def test_of_three_robots_each_order_of_arrival_gives_the_same_group():
         for robot in order:
             merger.update(robot, {"robot1": A, "robot2": B, "robot3": c}[robot])
         assert sorted(merger.step().placements) == ["robot2", "robot3"]
+
+
+def test_a_change_of_a_third_map_that_is_joined_is_another_question_about_each_robot():
+    merger = LiveMerger(reference="robot1", params=LiveParams(accepts=1))
+    numbers = []
+    for c in growing(A, (0.5, 0.65, 0.8, 1.0)):
+        play(merger, [A], [B], [c])
+        numbers.append(merger._tracks["robot2"].questions)
+
+    assert numbers == [1, 2, 3, 4]

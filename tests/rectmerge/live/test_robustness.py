@@ -21,7 +21,7 @@ KEPT = (OccupancyGrid, Alignment, AlignmentGraph)
 
 def kept_objects():
     gc.collect()
-    return Counter(type(each).__name__ for each in gc.get_objects() if isinstance(each, KEPT))
+    return Counter(type(each).__name__ for each in gc.get_objects() if issubclass(type(each), KEPT))
 
 
 def play(merger, *rounds):

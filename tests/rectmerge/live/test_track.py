@@ -91,6 +91,20 @@ def test_the_risk_of_all_questions_is_no_more_than_that_of_one():
     assert shares == sorted(shares, reverse=True)
 
 
+def test_each_question_has_a_number_of_its_own_whichever_map_has_changed():
+    track = Track()
+    versions = [(1, 1, 1), (1, 1, 1), (1, 1, 2), (1, 1, 3), (2, 1, 3), (2, 2, 4), (5, 3, 4)]
+    numbers = [track.ask({"a": a, "b": b, "c": c}, a + b - 1) for a, b, c in versions]
+
+    assert numbers == [1, 1, 2, 3, 4, 5, 7]  # each different question a larger one, so no share is given twice
+
+
+def test_of_two_robots_the_number_is_that_of_the_pairs_that_their_maps_have_been():
+    track = Track()
+    for a, b in ((1, 1), (1, 2), (2, 3), (2, 3), (5, 3)):
+        assert track.ask({"a": a, "b": b}, a + b - 1) == a + b - 1
+
+
 def test_a_remembered_placement_counts_as_one_answer_where_it_agrees():
     assert take(Track(), (NEAR, 1), remembered=HERE) == ["joined"]
     assert take(Track(), (FAR, 1), remembered=HERE) == [None]
