@@ -8,7 +8,7 @@ from array import array
 from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from scenarios.execution.terminal import open_with_progress
 from scenarios.scoring.row import Row, row_fault
 
 RECORD, MACHINE, RESULTS, SUMMARY = "run.toml", "machine.json", "results.jsonl", "summary.json"
+DESCRIBED_BY = ("processor", "cores", "system", "python", "commit", "command")  # keys of a machine's record
 TOLD_APART_BY = ("suite", "seed", "methods", "pairs")  # keys of the record, for people
 
 
@@ -121,6 +122,31 @@ def read_row_file(path: Path, *, has_progress: bool = False) -> Iterator[Row]:
             if why := row_fault(row):
                 raise InputError(f"{path}:{number}: not a row of a run: {why}")
             yield cast(Row, row)
+
+
+def read_machine(folder: Path) -> dict[str, Any]:
+    """Read the record of the machine and the code of a run.
+
+    Returns
+    -------
+    dict
+        As `scenarios.execution.executors.describe_machine` makes it.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is not that of a run.
+    """
+    path = folder / MACHINE
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(record, dict):
+            raise TypeError(f"it is a {type(record).__name__}")
+    except (OSError, ValueError, TypeError, RecursionError) as error:
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    if lost := next((key for key in DESCRIBED_BY if key not in record), None):
+        raise InputError(f"{path}: is not that of a run: there is no {lost!r}")
+    return record
 
 
 def _clear(folder: Path, journal: Journal) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
@@ -108,15 +109,15 @@ def verify(
     pairs. Rows whose outcome, verdict, error or confidence differ are named, with status 1; without any, -o takes the
     submission as verified. Programs are run only as --method-command says, never by the word of the file.
     """
-    if target.is_file() or dataset is not None:
+    if target.is_file():
         from scenarios.cli.submissions import verify_submission
 
         verify_submission(
             target, dataset, output, commands=method_command or [], every=every, workers=workers, force=force
         )
         return
-    if output is not None:
-        raise InputError(f"{target}: -o is for a submission, and there is no such file")
+    given = {"--data-set": dataset, "-o": output, "--method-command": method_command, "--force": force}
+    _refuse_submission_options(target, {**given, "--every": every > 1, "--workers": workers > 1})
     from scenarios.dataset.verify import row_count
     from scenarios.dataset.verify import verify as check
 
@@ -130,6 +131,13 @@ def verify(
     typer.echo(f"id: {verdict.dataset_id}")
     if verdict.faults:
         raise typer.Exit(console.NO)
+
+
+def _refuse_submission_options(target: Path, given: Mapping[str, object]) -> None:
+    """Refuse an option of `verify` that only means something for a submission."""
+    if option := next((name for name, value in given.items() if value), None):
+        found = "is a folder" if target.is_dir() else "is no file"
+        raise InputError(f"{target}: {found}; {option} goes with the file of a submission: leave it out")
 
 
 def certify(

@@ -130,7 +130,7 @@ def compare(
     Ends with status 1 on a regression: of a method and stratum, one right answer fewer, one wrong answer or failure
     more, or a median error larger by more than 10 percent and 0.05 cells; or of a method, a processor time longer by
     more than 5 percent and not by chance. Times are compared over those of keypoints-akaze, where both runs hold it,
-    else on one machine only.
+    else on one machine only. Rows that time out in RUN alone do not count as worse where the machines differ.
     """
     from scenarios.studies.compare import compare_runs
 

@@ -129,7 +129,7 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
     command += f" --format {form}" if form != "files" else ""
     if info["pairs"] is not None:
         command = f"{command} --pairs {info['pairs']}"
-    command += " --secret FILE" if "secret_sha256" in info else ""
+    command += " --secret FILE" if info.get("secret_sha256") else ""
     title = str(info.get("title") or info["suite"])
     is_simulated = "command" not in info
     return TEXT.format(
@@ -142,7 +142,7 @@ def card(info: Mapping[str, Any], sample: str, *, folder: str = "DATASET") -> st
         split=sample.partition("/")[0],
         command=info.get("command", command),
         splits="\n".join(f"| {name} | {count['pairs']} | {count['related']} |" for name, count in splits.items()),
-        secret=SECRET.format(**info) if "secret_sha256" in info else "",
+        secret=SECRET.format(**info) if info.get("secret_sha256") else "",
         license="mit" if is_simulated else "other",
         terms=SIMULATED_TERMS if is_simulated else RECORDED_TERMS,
         version=_version(info),

@@ -200,7 +200,7 @@ def identity_of(
         "suite": suite.name,
         "suite_sha256": content_hash(suite),
         "seed": seed,
-        **({"secret_sha256": secret.sha256} if secret else {}),
+        "secret_sha256": None if secret is None else secret.sha256,
         "pairs": pairs,
         "format": form,
         "versions": versions,

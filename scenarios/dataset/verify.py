@@ -82,15 +82,17 @@ def verify(dataset: str | Path, on_pair: Callable[[], None] = lambda: None) -> V
         raise DatasetError(f"{root}: not a data set: there is no {METADATA} in it, in train/ or in test/")
     info, seen = finished_info(root), _FirstUses()
     checksums: dict[str, str] = (info or {}).get("checksums", {})
-    content = {name: checksum(root / name) for name in content_files(root)}
-    faults = list(_wrong_files(root, checksums, content))
+    names = content_files(root)
+    content, unreadable = _measure(root, {*names, *checksums})
+    readable = {name: expected for name, expected in checksums.items() if name not in unreadable}
+    faults = [*unreadable.values(), *_wrong_files(root, readable, content)]
     for folder in folders:
         for line in metadata_lines(folder):
             faults += [f"{line.place}: {fault}" for fault in _wrong_in_line(line, folder, dataset_name(root), seen)]
             seen.pairs += 1
             on_pair()
     faults += _wrong_counts(root, info, folders)
-    measured = dataset_id(content)
+    measured = dataset_id({name: content[name] for name in names if name in content})
     if not faults and measured != (declared := (info or {}).get("dataset_id", measured)):
         faults.append(f"{root / INFO}: dataset_id is {declared!s:.16}..., the content has {measured:.16}...")
     notes = () if checksums else (f"{root}: there is no dataset_info.json with checksums: files were not compared",)
@@ -102,14 +104,26 @@ def row_count(dataset: str | Path) -> int:
     return sum(1 for folder in split_folders(Path(dataset)) for _ in metadata_lines(folder))
 
 
+def _measure(root: Path, names: set[str]) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the SHA-256 of each file that is there, and the fault of each that cannot be read, by their names."""
+    content: dict[str, str] = {}
+    faults: dict[str, str] = {}
+    for name in sorted(names):
+        try:
+            if (root / name).is_file():
+                content[name] = checksum(root / name)
+        except OSError as error:
+            faults[name] = f"{root / name}: cannot be read: {error.strerror}"
+    return content, faults
+
+
 def _wrong_files(root: Path, checksums: dict[str, str], content: dict[str, str]) -> Iterator[str]:
     """Yield the files that are not as ``dataset_info.json`` says, and those of which it says nothing."""
     for name, expected in checksums.items():
-        path = root / name
-        if not path.is_file():
-            yield f"{path}: is missing"
-        elif (actual := content.get(name) or checksum(path)) != expected:
-            yield f"{path}: its SHA-256 is {actual[:12]}..., dataset_info.json has {expected[:12]}..."
+        if (actual := content.get(name)) is None:
+            yield f"{root / name}: is missing"
+        elif actual != expected:
+            yield f"{root / name}: its SHA-256 is {actual[:12]}..., dataset_info.json has {expected[:12]}..."
     if checksums:
         yield from (f"{root / name}: is not in dataset_info.json" for name in sorted(content.keys() - checksums.keys()))
 

@@ -162,8 +162,8 @@ class DataSetWriter:
         entries = (entry for _, entry in self._journal.entries())
         head = next(entries, None)
         if head is not None and not force:
-            if head != self.identity:
-                differs = ", ".join(key for key in self.identity if head.get(key) != self.identity[key])
+            if differing := [key for key in {**self.identity, **head} if head.get(key) != self.identity.get(key)]:
+                differs = ", ".join(differing)
                 raise InputError(
                     f"{self.folder}: holds an unfinished data set that differs in {differs}; --force clears it"
                 )

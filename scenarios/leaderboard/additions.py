@@ -36,15 +36,16 @@ def with_submissions(
     Raises
     ------
     InputError
-        If a submission is of no suite and track of the leaderboard, of another data set, or lacks some of the pairs;
-        the message names the file.
+        If a submission is of no suite and track of the leaderboard, of another data set or of one that is no longer
+        there, lacks some of the pairs, or has a label of another file's; the message names the file.
     """
+    _require_own_labels(submissions)
     reported: dict[str, str] = {}
     tracks = {(track.suite, track.track): track for track in runs.tracks}
     for path, submission in submissions.items():
         by_track: dict[tuple[str, str], list[Row]] = {}
         for row in submission.as_rows():
-            label = f"{row['method']} ({path.stem})"
+            label = _label(path, row["method"])
             reported[label] = submission.standing
             track = row["suite"], TRACKS[submission.knows_scale[row["method"]]]
             by_track.setdefault(track, []).append({**row, "method": label})
@@ -67,9 +68,26 @@ def data_set_ids(folders: Sequence[Path], runs: Runs) -> dict[str, str]:
     return {track.suite: ids[track.suite] for track in runs.tracks if track.suite in ids}
 
 
+def _label(path: Path, method: str) -> str:
+    return f"{method} ({path.stem})"
+
+
+def _require_own_labels(submissions: Mapping[Path, Submission]) -> None:
+    """Refuse a label that two files have: their rows would count as those of one method."""
+    files: dict[str, Path] = {}
+    for path, label in ((path, _label(path, m.label)) for path, told in submissions.items() for m in told.methods):
+        if (other := files.setdefault(label, path)) != path:
+            raise InputError(f"{path}: its label {label!r} is that of {other} too; give one of the files another name")
+
+
 def _require_data_set(path: Path, submission: Submission, suite: str, data_sets: Mapping[str, str]) -> None:
     here, there = data_sets.get(suite), submission.data_set.id
-    if here is not None and here != there:
+    if here is None:
+        raise InputError(
+            f"{path}: data_set.id: cannot be compared: the leaderboard's {suite} is no longer where its run found it; "
+            "put it back"
+        )
+    if here != there:
         ids = f"{there[:SHOWN_DIGITS]}, the leaderboard is of {here[:SHOWN_DIGITS]}"
         raise InputError(f"{path}: data_set.id: is of another data set than the leaderboard's {suite}: {ids}")
 

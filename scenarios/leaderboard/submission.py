@@ -7,36 +7,28 @@ import json
 import math
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 from rectmerge.errors import InputError, ScenarioError
 from rectmerge.io.json_text import plain
+from scenarios.bench.external_program import UNNAMED, Program
 from scenarios.bench.resume import MACHINE, RECORD
 from scenarios.bench.run import read_rows
 from scenarios.dataset.dataset_id import dataset_root, measure_dataset_id
 from scenarios.dataset.reader import dataset_name, open_dataset
 from scenarios.dataset.writer import finished_info
 from scenarios.execution.limits import Limits
+from scenarios.leaderboard.submitted_row import reduced_row, submitted_row_fault, whole_row
 from scenarios.report.reading import dataset_of
-from scenarios.scoring.row import Row, empty_row, row_fault
+from scenarios.scoring.row import Row
 from scenarios.suites.toml_tables import structure
 
 Schema = Literal["rectmerge.submission/1"]
 Status = Literal["self-reported", "verified"]
 SCHEMA: Schema = "rectmerge.submission/1"
-REQUIRED = (
-    "pair_id",
-    "suite",
-    "place",
-    "method",
-    "related",
-    "stratum",
-    "outcome",
-)  # of a row; others may miss
-LEFT_OUT = ("task_id", "evidence", "bend", "log", "trace")  # of a row: no line of the table needs them
-KEPT_INFO = ("split", "noise", "suite_version")
+PROGRAM_FIELDS = {field.name for field in fields(Program)} - {"name"}  # in the record of a run
 MOST_SHOWN = 200  # characters of a message
 
 
@@ -63,7 +55,7 @@ class DataSetRecord:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MethodRecord:
-    """Method of a run: its label, its registered name, and the values of its fields."""
+    """Method of a run: its label, registered name, and the values of its fields; of a program "command" and none."""
 
     label: str
     method: str
@@ -98,7 +90,7 @@ class Submission:
     rows_sha256
         Of `rows`, by `hash_of_rows`.
     rows
-        As in ``results.jsonl``, without what no line of the table needs. `REQUIRED` keys have values, others may miss.
+        As in ``results.jsonl``, without what no line of the table needs: each a `SubmittedRow`, as it was written.
     verification
         Of a verified one.
     """
@@ -129,7 +121,7 @@ class Submission:
 
     def as_rows(self) -> list[Row]:
         """Return the rows with None for what is missing."""
-        return [_whole(row) for row in self.rows]
+        return [whole_row(row) for row in self.rows]
 
     def to_json_dict(self) -> dict[str, Any]:
         """Return plain data for JSON; a verification that is missing is left out."""
@@ -155,13 +147,13 @@ def submission_of(run: Path) -> Submission:
             f"{run}: {target} does not hold {lost[0]}: another data set, or a pair that could not be made; "
             "run on a data set that `rectbench generate` made"
         )
-    kept = tuple(sorted(map(_reduced, rows), key=lambda row: (row["method"], row["pair_id"])))
+    kept = tuple(sorted(map(reduced_row, rows), key=lambda row: (row["method"], row["pair_id"])))
     return Submission(
         data_set=data_set_record(target),
         seed=record["seed"],
         limits=Limits(timeout_s=record["timeout_s"], memory_mb=record.get("memory_mb")),
         machine=_read_machine(run),
-        methods=tuple(structure(record["methods"], list[MethodRecord], f"{RECORD}: methods")),
+        methods=tuple(map(_nameless, structure(record["methods"], list[MethodRecord], f"{RECORD}: methods"))),
         seconds=cpu_seconds(rows),
         rows_sha256=hash_of_rows(kept),
         rows=kept,
@@ -226,11 +218,8 @@ def _faults(submission: Submission) -> Iterator[str]:
         yield 'verification: must be there where status is "verified", and only there'
     seen = set()
     for number, row in enumerate(submission.rows):
-        if missing := next((key for key in REQUIRED if row.get(key) is None), None):
-            yield f"rows[{number}].{missing}: missing"
-            return
-        if fault := row_fault(_whole(row)):
-            yield f"rows[{number}].{fault}"
+        if fault := submitted_row_fault(row, f"rows[{number}]"):
+            yield fault
             return
         if row["method"] not in labels:
             yield f"rows[{number}].method: {row['method']!r} is not among methods"
@@ -241,19 +230,9 @@ def _faults(submission: Submission) -> Iterator[str]:
         yield "rows_sha256: is not that of the rows, which were changed"
 
 
-def _whole(row: Mapping[str, Any]) -> Row:
-    """Fill up a row; what the judge says stays unknown where it was not asked."""
-    filled = empty_row(**{key: row[key] for key in REQUIRED}, reason="")
-    return cast(Row, {**filled, "checked_outcome": None, **row})
-
-
-def _reduced(row: Row) -> dict[str, Any]:
-    """Leave out what no line of the table needs, the candidates after the first among it."""
-    kept: dict[str, Any] = {key: value for key, value in row.items() if key not in LEFT_OUT}
-    info = {key: value for key, value in (row["info"] or {}).items() if key in KEPT_INFO}
-    first = None if row["candidates"] is None else row["candidates"][:1]
-    kept |= {"candidates": first, "info": info}
-    return {key: value for key, value in kept.items() if value is not None}
+def _nameless(method: MethodRecord) -> MethodRecord:
+    """Leave out the command line of a program, which names folders, and the name it was given."""
+    return replace(method, method=UNNAMED, set={}) if set(method.set) == PROGRAM_FIELDS else method
 
 
 def _record(run: Path) -> dict[str, Any]:

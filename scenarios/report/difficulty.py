@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from scenarios.report.reading import TrackResults
 from scenarios.scoring.row import Row
 
 DIFFERS = {"rigid": "rigid", "slam": "slam", "slam-bent": "slam and bent"}  # beginnings of the variants' names
-_VARIANT = re.compile(rf"({'|'.join(sorted(DIFFERS, key=len, reverse=True))})-(\d+(?:\.\d+)?)")
+_VARIANT = re.compile(rf"({'|'.join(sorted(DIFFERS, key=len, reverse=True))})-([01]\.\d+)")  # and the overlap
 NOBODY = "nobody"
 PALE, FULL = (0xF7, 0xF7, 0xF7), (0x00, 0x72, 0xB2)  # of the worst and of the best cells
 DARK_FROM = 0.6  # shade from which text is white
@@ -74,31 +75,41 @@ class Leader:
         return f"{' + '.join(self.labels)} {self.right} of {self.n}" if self.labels else f"{NOBODY}, 0 of {self.n}"
 
 
-def boxes_of(rows: Sequence[Row]) -> dict[Box, list[Row]]:
-    """Return the rows of each box, in order; none where a row is of no box, so that the rows are no grid.
+def box_of(info: Mapping[str, Any] | None) -> Box | None:
+    """Return the box of a pair by what its row knows of it; None of a pair of no grid, or where that is not known.
 
     A box is known by the variant's name, such as ``slam-bent-0.28``, and the noise level.
     """
+    known = info or {}
+    named, noise = _VARIANT.fullmatch(str(known.get("variant"))), known.get("noise")
+    return None if named is None or noise is None else Box(list(DIFFERS).index(named[1]), str(noise), float(named[2]))
+
+
+def boxes_of_pairs(rows: Sequence[Row]) -> dict[str, Box]:
+    """Return the box of each pair, from any of its rows: that of a failure may not know it."""
+    return {row["pair_id"]: box for row in rows if (box := box_of(row.get("info")))}
+
+
+def boxes_of(rows: Sequence[Row], of_pairs: Mapping[str, Box]) -> dict[Box, list[Row]]:
+    """Return the rows of each box, in order; rows of pairs that are of none are left out."""
     boxes: dict[Box, list[Row]] = {}
     for row in rows:
-        info = row.get("info") or {}
-        if not (named := _VARIANT.fullmatch(str(info.get("variant", "")))):
-            return {}
-        box = Box(list(DIFFERS).index(named[1]), str(info["noise"]), float(named[2]))
-        boxes.setdefault(box, []).append(row)
+        if row["pair_id"] in of_pairs:
+            boxes.setdefault(of_pairs[row["pair_id"]], []).append(row)
     return dict(sorted(boxes.items()))
 
 
 def heat_maps(track_results: TrackResults) -> list[tuple[str, list[HeatMap]]]:
     """Return each method's heat maps of success, error and time; none where the rows are no grid."""
-    if not boxes_of(track_results.rows):
-        return []
-    return [(label, _maps(boxes_of(rows))) for label, rows in track_results.by_method().items()]
+    of_pairs = boxes_of_pairs(track_results.rows)
+    by_method = {label: boxes_of(rows, of_pairs) for label, rows in track_results.by_method().items()}
+    return [(label, _maps(boxes)) for label, boxes in by_method.items() if boxes]
 
 
 def leaders(track_results: TrackResults) -> dict[Box, Leader]:
     """Return the first methods of each box; none where the rows are no grid."""
-    return {box: _leader(rows) for box, rows in boxes_of(track_results.rows).items()}
+    boxes = boxes_of(track_results.rows, boxes_of_pairs(track_results.rows))
+    return {box: _leader(rows) for box, rows in boxes.items()}
 
 
 def leaders_map(first: Mapping[Box, Leader]) -> HeatMap:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rectmerge.errors import InputError
-from scenarios.bench.resume import MACHINE, RECORD
+from scenarios.bench.resume import RECORD, read_machine
 from scenarios.bench.run import DATASET, read_rows
 from scenarios.dataset.reader import RowSource, is_dataset, open_dataset
 from scenarios.scoring.row import Row
@@ -92,14 +91,9 @@ class Runs:
 
 
 def _provenance(folder: Path) -> Provenance:
-    try:
-        record = json.loads((folder / MACHINE).read_text(encoding="utf-8"))
-        machine = f"{record['processor']}, {record['cores']} cores, {record['system']}, Python {record['python']}"
-        return Provenance(str(record["command"]), str(record["commit"] or "unknown"), machine)
-    except (OSError, ValueError, TypeError, RecursionError) as error:
-        raise InputError(f"{folder / MACHINE}: cannot be read: {error}") from None
-    except KeyError as error:
-        raise InputError(f"{folder / MACHINE}: is not that of a run: there is no {error}") from None
+    record = read_machine(folder)
+    machine = f"{record['processor']}, {record['cores']} cores, {record['system']}, Python {record['python']}"
+    return Provenance(str(record["command"]), str(record["commit"] or "unknown"), machine)
 
 
 def dataset_of(folder: Path) -> Path | None:

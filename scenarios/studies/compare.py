@@ -15,10 +15,11 @@ from scenarios.bench.resume import RESULTS, SUMMARY, read_row_file
 from scenarios.scoring.score import Outcome
 from scenarios.scoring.statistics import clustered_difference
 from scenarios.scoring.summary import STRATA, strata_of
-from scenarios.studies.speed import SLOWER_AT_MOST, SpeedRatio, Timed, compare_speed, machine_of
+from scenarios.studies.speed import SLOWER_AT_MOST, Key, SpeedRatio, Timed, compare_speed, machine_of
 
 ERROR_TOLERANCE = 0.10  # of the baseline's median error,
 ERROR_TOLERANCE_PX = 0.05  # and this many cells
+TIMEOUT: Outcome = "timeout"  # depends on the machine and its load
 Rate = tuple[str, tuple[Outcome, ...], int]  # name, outcomes, sign of improvement
 RIGHT_ANSWER: dict[str, tuple[Rate, ...]] = {  # by stratum, where the right answer is not to accept
     "unidentifiable": (("ambiguous, with the truth", ("ambiguous-with-truth",), +1),),
@@ -40,6 +41,9 @@ class Compared:
     outcome: str
     e_px: float
     cpu_s: float | None
+
+
+Rows = Mapping[Key, Compared]
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,13 +110,15 @@ def compare_runs(run: str | Path, baseline: str | Path) -> Comparison:
     if not common:
         raise InputError(f"{run} and {baseline} have no pair and method in common")
     timed = [{key: Timed(row.place, row.cpu_s) for key, row in rows.items()} for rows in (now, before)]
-    speed = compare_speed(timed[0], timed[1], [machine_of(Path(path)) for path in (run, baseline)])
+    machines = [machine_of(Path(path)) for path in (run, baseline)]
+    speed = compare_speed(timed[0], timed[1], machines)
+    of_machine = [] if machines[0] and machines[0] == machines[1] else _timed_out(common, now, before)
     lines: list[ComparisonLine] = []
     for method in sorted({method for method, _ in common}):
         for stratum in STRATA:
             keys = [key for key in common if key[0] == method and stratum in before[key].strata]
             if keys:
-                lines += _lines(method, stratum, [now[key] for key in keys], [before[key] for key in keys])
+                lines += _lines(method, stratum, keys, (now, before), of_machine)
         if method in speed.ratios:
             lines.append(_speed_line(method, speed.ratios[method]))
     notes = [
@@ -120,10 +126,20 @@ def compare_runs(run: str | Path, baseline: str | Path) -> Comparison:
         for name, rows in (("run", now), ("baseline", before))
         if len(rows) > len(common)
     ]
+    if of_machine:
+        notes.append(
+            f"Timeouts of the run alone, {len(of_machine)} rows, are not counted as worse: the machines differ, or are "
+            "unknown."
+        )
     return Comparison(lines, [*notes, *([speed.note] if speed.note else [])])
 
 
-def _read_rows(path: Path) -> dict[tuple[str, str], Compared]:
+def _timed_out(common: Sequence[Key], now: Rows, before: Rows) -> list[Key]:
+    """Return the rows that ran out of time in the new run only."""
+    return [key for key in common if now[key].outcome == TIMEOUT != before[key].outcome]
+
+
+def _read_rows(path: Path) -> Rows:
     """Read the compared columns of a run, by method and pair."""
     file = path / RESULTS if path.is_dir() else path
     if not file.is_file() or (path.is_dir() and not (path / SUMMARY).is_file()):
@@ -143,15 +159,20 @@ def _compared(row: Mapping[str, Any]) -> Compared:
     return Compared(row["place"], strata_of(row), row["outcome"], e_px, cpu_s)
 
 
-def _lines(method: str, stratum: str, now: Sequence[Compared], before: Sequence[Compared]) -> Iterator[ComparisonLine]:
-    places, n = [row.place for row in before], len(before)
+def _lines(
+    method: str, stratum: str, keys: Sequence[Key], runs: tuple[Rows, Rows], of_machine: Sequence[Key]
+) -> Iterator[ComparisonLine]:
+    """Compare a method on a stratum; rows in `of_machine` are shown, and make nothing worse."""
+    now, before = ([rows[key] for key in keys] for rows in runs)
+    places, n, counted = [row.place for row in before], len(before), [key not in of_machine for key in keys]
     for what, outcomes, better in (*RIGHT_ANSWER.get(stratum, ACCEPTED), *RATES):
         hits = [[float(row.outcome in outcomes) for row in rows] for rows in (now, before)]
         mean, low, high = clustered_difference(hits[0], hits[1], places)
         counts = [int(sum(values)) for values in hits]
         shown = [f"{count} ({100 * count / n:.1f} %)" for count in counts]
         difference = f"{100 * mean:+.1f} ({100 * low:+.1f} to {100 * high:+.1f})"
-        is_worse = better * (counts[0] - counts[1]) < 0
+        change = sum(a - b for a, b, counts_too in zip(*hits, counted, strict=True) if counts_too)
+        is_worse = better * change < 0
         yield ComparisonLine(method, stratum, n, what, shown[1], shown[0], difference, is_worse)
     if stratum != "unrelated" and (line := _error_line(method, stratum, now, before)):
         yield line
@@ -195,7 +216,8 @@ def _legend() -> str:
     return (
         "Differences are in percent of the pairs, with the 95 % interval by bootstrap over places on the same pairs; "
         "of errors, the mean ratio where both are right; of times, the mean ratio. Worse: a single pair fewer that is "
-        f"right, or more that is wrong or failed; a median error by more than {100 * ERROR_TOLERANCE:g} % and "
-        f"{ERROR_TOLERANCE_PX:g} cells; a time by more than {100 * SLOWER_AT_MOST:g} %, the interval above 0. "
+        "right, or more that is wrong or failed (by a timeout only on one machine); a median error by more than "
+        f"{100 * ERROR_TOLERANCE:g} % and {ERROR_TOLERANCE_PX:g} cells; a time by more than "
+        f"{100 * SLOWER_AT_MOST:g} %, the interval above 0. "
         "Bent, identifiable and unidentifiable pairs are in the other strata too."
     )

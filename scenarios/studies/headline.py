@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import tomllib
 from collections import Counter
@@ -15,6 +14,7 @@ import numpy as np
 
 from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
+from scenarios.bench.resume import read_machine
 from scenarios.bench.run import read_rows
 from scenarios.scoring.row import Row, checked_outcome, versions_line
 from scenarios.scoring.statistics import clustered_rate
@@ -103,7 +103,7 @@ def write_report(run: str | Path, out: str | Path) -> None:
     steps = [step for row in rows for step in (row["trace"] or {}).get("iterations", [])]
     if any("iteration" not in step or "cumulative_turn_deg" not in step for step in steps):
         raise InputError(f"{folder}: its traces are of an earlier version; run the suite again")
-    machine = json.loads((folder / "machine.json").read_text(encoding="utf-8"))
+    machine = read_machine(folder)
     settings = tomllib.loads((folder / "run.toml").read_text(encoding="utf-8"))
     if Path(out).parent.is_file():
         raise InputError(f"{out}: cannot be written")

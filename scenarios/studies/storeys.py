@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
 from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
-from scenarios.bench.resume import MACHINE
+from scenarios.bench.resume import read_machine
 from scenarios.bench.run import read_rows
 from scenarios.scoring.row import Row, checked_outcome, versions_line
 from scenarios.scoring.statistics import clustered_rate
@@ -24,12 +23,12 @@ def write_page(run: Path, out: Path) -> None:
     Raises
     ------
     InputError
-        If the folder holds no run of the suite.
+        If the folder holds no run of the suite, or its machine.json cannot be read.
     """
     rows = [row for row in read_rows(run) if row["suite"] == SUITE]
     if not rows:
         raise InputError(f"{run}: holds no rows of {SUITE}; make it with: rectbench run {SUITE} -o RUN")
-    made = json.loads((run / MACHINE).read_text(encoding="utf-8"))
+    made = read_machine(run)
     origin = f"commit {made['commit'] or 'unknown'}; {made['processor']}, {made['cores']} cores"
     replace_file(out, page(rows, origin).encode())
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -12,13 +11,14 @@ from numpy.typing import NDArray
 
 from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
+from scenarios.bench.resume import read_machine
 from scenarios.bench.run import read_rows
 from scenarios.scoring.row import Row, versions_line
 from scenarios.scoring.statistics import clustered_rate
 from scenarios.studies.accuracy import is_right
 from scenarios.studies.headline import markdown
 
-METHOD, MACHINE = "robust", "machine.json"
+METHOD = "robust"
 BINS = 10  # of equal count, for the calibration error
 IDENTIFIABLE = {"True": "yes", "False": "no"}
 EXACT: tuple[tuple[str, Literal["e_px", "rotation_deg", "scale_pct"], bool], ...] = (
@@ -41,7 +41,7 @@ def write_page(runs: Sequence[Path], out: Path) -> None:
     tested = [row for row in rows if (row["info"] or {}).get("split", "test") == "test"]
     if not tested:
         raise InputError(f"no rows of {METHOD} in the split test in {', '.join(map(str, runs))}")
-    commits = {str(run): json.loads((run / MACHINE).read_text()).get("commit") or "unknown" for run in runs}
+    commits = {str(run): read_machine(run)["commit"] or "unknown" for run in runs}
     replace_file(out, page(tested, commits).encode())
 
 

@@ -1,4 +1,5 @@
 import hashlib
+import json
 import pickle
 
 import pytest
@@ -49,6 +50,36 @@ def test_an_unfinished_data_set_of_another_secret_is_refused(tmp_path, monkeypat
 
     with pytest.raises(InputError, match="differs in secret_sha256"):
         make(tmp_path / "set", OTHER)
+
+
+def test_a_finished_data_set_of_a_secret_is_not_the_open_one(tmp_path):
+    hidden, _ = make(tmp_path / "hidden", SECRET)
+    plain, _ = make(tmp_path / "open")
+
+    assert make(tmp_path / "hidden", SECRET)[0] == hidden
+    assert make(tmp_path / "open")[0] == plain
+    for folder, secret in (("hidden", None), ("hidden", OTHER), ("open", SECRET)):
+        with pytest.raises(InputError, match="holds a finished data set; --force replaces it"):
+            make(tmp_path / folder, secret)
+
+
+def test_open_data_sets_of_before_there_were_secrets_are_gone_on_with(tmp_path, monkeypatch):
+    info_file, journal = tmp_path / "set/dataset_info.json", tmp_path / "set/unfinished.jsonl"
+    with monkeypatch.context() as patch:
+        patch.setattr("scenarios.dataset.writer.picture", lambda folder: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            make(tmp_path / "set")
+    journal.write_text(journal.read_text().replace('"secret_sha256": null, ', "", 1))
+    assert '"secret_sha256"' not in journal.read_text()
+    make(tmp_path / "set")
+    assert "--secret" not in (tmp_path / "set/README.md").read_text()
+
+    info = json.loads(info_file.read_text())
+    del info["secret_sha256"]
+    info_file.write_text(json.dumps(info))
+    assert make(tmp_path / "set")[0] == info
+    with pytest.raises(InputError, match="holds a finished data set"):
+        make(tmp_path / "set", SECRET)
 
 
 def test_every_seed_of_a_suite_is_mixed_values_left_open_included():

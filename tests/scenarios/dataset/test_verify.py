@@ -8,6 +8,7 @@ import pytest
 from rectmerge.cli import console
 from rectmerge.errors import DatasetError
 from scenarios.cli.main import app
+from scenarios.dataset.dataset_id import checksum
 from scenarios.dataset.generate import generate
 from scenarios.dataset.verify import verify
 from tests.scenarios.tiny_suite import TinySuite
@@ -101,6 +102,43 @@ def test_files_that_were_changed_or_lost_are_told(made):
     faults = verify(made).faults
     for name, what in (("README.md", "SHA-256"), ("000004_a.png", "is missing"), ("000000_a.png", "not an image")):
         assert any(name in fault and what in fault for fault in faults), faults
+
+
+def test_a_file_that_cannot_be_read_is_told_and_the_rest_is_checked(made, monkeypatch):
+    broken = {made / "train/maps/000000_a.png", made / "README.md"}
+
+    def read(path):
+        if path in broken:
+            raise OSError(5, "Input/output error")
+        return checksum(path)
+
+    monkeypatch.setattr("scenarios.dataset.verify.checksum", read)
+    (made / "test/maps/000004_a.png").unlink()
+
+    faults = verify(made).faults
+    assert faults[:3] == (
+        *(f"{path}: cannot be read: Input/output error" for path in sorted(broken)),
+        f"{made}/test/maps/000004_a.png: is missing",
+    )
+
+
+SUBMISSIONS_OWN = {
+    "--data-set": ["--data-set", "sets/other"],
+    "-o": ["-o", "new.json"],
+    "--every": ["--every", "2"],
+    "--method-command": ["--method-command", "mine=prog {a} {b}"],
+    "--workers": ["--workers", "2"],
+    "--force": ["--force"],
+}
+
+
+@pytest.mark.parametrize(("option", "words"), SUBMISSIONS_OWN.items(), ids=SUBMISSIONS_OWN)
+def test_an_option_of_submissions_is_refused_for_a_data_set(made, tmp_path, capsys, option, words):
+    for target, found in ((made, "is a folder"), (tmp_path / "none.json", "is no file")):
+        assert console.run(app, "rectbench", ["verify", str(target), *words, "-q"]) == console.BAD_INPUT
+        told = capsys.readouterr().err
+        assert f"{target}: {found}; {option} goes with the file of a submission: leave it out" in told
+        assert told.count("\n") == 1
 
 
 def test_files_that_nobody_lists_and_another_id_are_told(made):

@@ -11,7 +11,8 @@ from rectmerge.errors import InputError
 from scenarios.cli.main import app
 from scenarios.leaderboard.additions import data_set_ids, with_submissions
 from scenarios.leaderboard.page import page
-from scenarios.leaderboard.submission import REQUIRED, hash_of_rows, submission_of
+from scenarios.leaderboard.submission import hash_of_rows, submission_of
+from scenarios.leaderboard.submitted_row import REQUIRED
 from scenarios.report.reading import Runs
 
 MINE = Path("mine.json")
@@ -27,6 +28,11 @@ def own(finished):
     return Runs.read([finished / "run"])
 
 
+@pytest.fixture(scope="module")
+def ids(finished, own):
+    return data_set_ids([finished / "run"], own)
+
+
 def with_rows(submission, rows):
     return replace(submission, rows=tuple(rows), rows_sha256=hash_of_rows(rows))
 
@@ -38,8 +44,8 @@ def cells_of(text, label):
     return dict(zip(*([cell.strip() for cell in row.split(" | ")] for row in (heads, line)), strict=True))
 
 
-def test_a_submission_stands_beside_the_others_and_says_whose_word_it_is(own, submission):
-    text = page(*with_submissions(own, {MINE: submission}, {}))
+def test_a_submission_stands_beside_the_others_and_says_whose_word_it_is(own, submission, ids):
+    text = page(*with_submissions(own, {MINE: submission}, ids))
 
     here, mine = cells_of(text, "good"), cells_of(text, "good (mine)")
     assert mine.pop("reported |") == "self-reported |"
@@ -64,25 +70,33 @@ def test_without_submissions_the_page_says_nothing_of_them(own):
     assert "eported" not in page(own)
 
 
-def test_what_a_submission_lacks_is_a_dash(own, submission):
+def test_what_a_submission_lacks_is_a_dash(own, submission, ids):
     bare = with_rows(submission, [{key: row[key] for key in REQUIRED} for row in submission.rows])
 
-    cells = cells_of(page(*with_submissions(own, {MINE: bare}, {})), "good (mine)")
+    cells = cells_of(page(*with_submissions(own, {MINE: bare}, ids)), "good (mine)")
 
     assert cells["right and accepted"].startswith("3 of 3")
     lacking = ("area", "best right", "checked: right / wrong", "AURC", "e, cells", "CPU s")
     assert {name: cells[name] for name in lacking} == dict.fromkeys(lacking, "-")
 
 
-def test_the_area_is_one_for_exact_answers_and_none_for_those_that_are_far_off(own, submission):
-    text = page(*with_submissions(own, {MINE: submission}, {}))
+def test_the_area_is_one_for_exact_answers_and_none_for_those_that_are_far_off(own, submission, ids):
+    text = page(*with_submissions(own, {MINE: submission}, ids))
 
     assert 0.9 < float(cells_of(text, "good (mine)")["area"]) <= 1.0
     assert float(cells_of(text, "aside (mine)")["area"]) == 0.0
 
 
-def test_what_cannot_stand_beside_the_others_is_refused(own, submission, finished):
-    ids = data_set_ids([finished / "run"], own)
+def test_two_files_of_one_name_and_a_data_set_that_is_gone_are_refused(own, submission, ids):
+    other = Path("theirs/mine.json")
+
+    with pytest.raises(InputError, match=r"^theirs/mine\.json: its label '.* \(mine\)' is that of mine\.json too"):
+        with_submissions(own, {MINE: submission, other: submission}, ids)
+    with pytest.raises(InputError, match=r"mine\.json: data_set\.id: cannot be compared: the leaderboard's tiny is no"):
+        with_submissions(own, {MINE: submission}, {})
+
+
+def test_what_cannot_stand_beside_the_others_is_refused(own, submission, ids):
     assert with_submissions(own, {MINE: submission}, ids)[1] == dict.fromkeys(
         ("good (mine)", "aside (mine)"), "self-reported"
     )

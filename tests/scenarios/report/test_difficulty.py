@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from scenarios.leaderboard.page import page
-from scenarios.report.difficulty import Box, boxes_of, heat_maps, leaders, leaders_line, leaders_map
+from scenarios.report.difficulty import Box, box_of, heat_maps, leaders, leaders_line, leaders_map
 from scenarios.report.page import html
 from scenarios.report.reading import Runs, TrackResults
 from scenarios.scoring.row import empty_row
@@ -53,12 +53,12 @@ def cells(table):
 def test_the_suite_has_54_boxes_of_20_pairs_with_two_of_each_family():
     sources = load_suite("grid").sources()
     boxes = [
-        boxes_of([{"info": {"variant": variant.name, "noise": noise}}])
+        box_of({"variant": variant.name, "noise": noise})
         for source in sources
         for variant in source.scenario.variants
         for noise in source.scenario.noise
     ]
-    found = [box for (box,) in boxes]
+    found = [box for box in boxes if box]
 
     assert len(found) == 1080
     assert {found.count(box) for box in set(found)} == {20}
@@ -84,7 +84,7 @@ def test_pairs_of_the_suite_know_their_box():
 
     (pair,) = replace(source, scenario=small).mission_pairs().pairs
 
-    assert list(boxes_of([{"info": pair.info}])) == [Box(2, "1", 0.9)]
+    assert box_of(pair.info) == Box(2, "1", 0.9)
     assert pair.residual_px > 0
 
 
@@ -127,11 +127,33 @@ def test_equals_share_the_first_place():
     assert leaders_line(first).startswith("one is first in 1 of 1 boxes, in 0 alone; two is first")
 
 
-@pytest.mark.parametrize("variant", ["drift-0.2", "slam", "rigid-", None])
-def test_rows_of_other_suites_are_no_grid(variant):
-    rows = [*ROWS, *answers("strong", variant, "r")]
+OTHERS = ["drift-0.2", "slam", "slam-3", "rigid-", None]
 
-    assert heat_maps(TrackResults("other", "unknown scale", rows)) == []
+
+@pytest.mark.parametrize("variant", OTHERS)
+def test_rows_of_other_suites_are_no_grid(variant):
+    other = TrackResults("other", "unknown scale", answers("strong", variant, "r"))
+
+    assert heat_maps(other) == []
+    assert leaders(other) == {}
+
+
+@pytest.mark.parametrize("variant", OTHERS)
+def test_a_pair_of_no_box_is_left_out_of_the_grid(variant):
+    rows = [*answers("strong", variant, "r"), *ROWS]
+
+    assert heat_maps(TrackResults("grid", "unknown scale", rows)) == heat_maps(GRID)
+
+
+def test_a_failure_that_knows_nothing_of_its_pair_counts_in_the_box_of_the_pairs_other_rows():
+    failed = [row | {"method": "lost", "outcome": "error", "info": None} for row in answers("", "rigid-0.1", "rr")]
+    grid = TrackResults("grid", "unknown scale", [*failed, *ROWS])
+
+    label, (success, *_) = heat_maps(grid)[0]
+
+    assert label == "lost"
+    assert cells(success) == {("rigid, noise 0", "0.1"): "0 of 2"}
+    assert leaders(grid) == leaders(GRID)
 
 
 def test_the_report_and_the_leaderboard_say_who_is_first():

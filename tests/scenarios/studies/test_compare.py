@@ -157,6 +157,24 @@ def test_times_of_two_machines_are_compared_by_the_yardstick_only(compared, tmp_
     assert "over that of `keypoints-akaze`" in beside.page()
 
 
+@pytest.mark.parametrize(("processor", "worse"), [("A", ["right, accepted", "failed"]), ("B", []), (None, [])])
+def test_a_timeout_more_is_a_regression_on_one_machine_only(compared, tmp_path, processor, worse):
+    for name, found in (("now", processor), ("before", "A")):
+        (tmp_path / name).mkdir()
+        if found:
+            (tmp_path / name / "machine.json").write_text(json.dumps({**MACHINE, "processor": found}))
+    before = [row(i) for i in range(9)]
+    late = [row(0, "timeout"), *before[1:]]
+
+    comparison = compared(late, before)
+
+    assert [line.what for line in comparison.regressions] == worse
+    assert "| failed | 0 (0.0 %) | 1 (11.1 %)" in comparison.page()
+    assert ("Timeouts of the run alone, 1 rows, are not counted as worse" in comparison.page()) == (not worse)
+    lost = [*late[:1], row(1, "rejected"), row(2, "error"), *late[3:]]
+    assert [line.what for line in compared(lost, before).regressions] == ["right, accepted", "failed"]
+
+
 def test_differences_are_of_the_same_pairs_and_the_rest_is_told(compared):
     now, before = [row(i) for i in range(10)], [row(i, "rejected") for i in range(5, 25)]
 

@@ -42,7 +42,8 @@ def test_joins_of_two_storeys_and_of_one_are_counted_by_family():
 def test_the_page_lists_every_false_join_and_names_the_commit(tmp_path):
     (tmp_path / "results.jsonl").write_text("".join(json.dumps(line) + "\n" for line in ROWS))
     (tmp_path / "summary.json").write_text("{}")
-    (tmp_path / "machine.json").write_text('{"commit": "abc", "processor": "Z80", "cores": 1}')
+    machine = {"commit": "abc", "processor": "Z80", "cores": 1, "system": "s", "python": "3", "command": "c"}
+    (tmp_path / "machine.json").write_text(json.dumps(machine))
 
     storeys.write_page(tmp_path, tmp_path / "page.md")
 
@@ -56,4 +57,18 @@ def test_a_run_of_another_suite_is_refused(tmp_path):
     (tmp_path / "summary.json").write_text("{}")
 
     with pytest.raises(InputError, match="holds no rows of storeys; make it with: rectbench run storeys"):
+        storeys.write_page(tmp_path, tmp_path / "page.md")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(None, "cannot be read"), ("{", "cannot be read"), ("[]", "cannot be read"), ("{}", "there is no 'processor'")],
+)
+def test_a_run_of_an_unknown_machine_is_refused_with_the_file(tmp_path, content, message):
+    (tmp_path / "results.jsonl").write_text(json.dumps(ROWS[0]) + "\n")
+    (tmp_path / "summary.json").write_text("{}")
+    if content is not None:
+        (tmp_path / "machine.json").write_text(content)
+
+    with pytest.raises(InputError, match=f"machine.json: .*{message}"):
         storeys.write_page(tmp_path, tmp_path / "page.md")
