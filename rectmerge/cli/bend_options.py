@@ -10,7 +10,7 @@ import typer
 from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from rectmerge.alignment import Alignment
     from rectmerge.elastic.bend import Bend
@@ -81,11 +81,13 @@ class BendOptions:
         bend = unbend(a, b, alignment, params=self.params)
         return bend if self.is_reported(bend) else None
 
-    def bend_many(self, graph: AlignmentGraph, maps: Mapping[str, OccupancyGrid]) -> dict[str, Bend]:
+    def bend_many(
+        self, graph: AlignmentGraph, maps: Mapping[str, OccupancyGrid], progress: Callable[[int], None]
+    ) -> dict[str, Bend]:
         """Try to bend the maps of each component onto the others; those that do not clearly bend are left out."""
         from rectmerge.fleet.unbending import unbend_many
 
         if self.params is None:
             return {}
-        bends = unbend_many(maps, graph, params=self.params)
+        bends = unbend_many(maps, graph, params=self.params, progress=progress)
         return {name: bend for name, bend in bends.items() if self.is_reported(bend)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -141,7 +141,7 @@ def merge_many(
     merged: list[str | None] = [None] * len(graph.components)
     bends: dict[str, Bend] = {}
     if graph or not options.all_or_nothing:
-        bends = bending.bend_many(graph, ordered)
+        bends = bending.bend_many(graph, ordered, _bend_progress(len(graph.placements) - len(graph.components)))
         straight = {name: bends[name].straighten(grid) if name in bends else grid for name, grid in ordered.items()}
         files, more, merged = _merged(graph, straight, reference, rule, cells)
         pictures |= more
@@ -193,14 +193,30 @@ def _merged(
 def _progress(count: int) -> Progress:
     """Return a function that notes now and then how many pairs of so many maps are asked, and the time left."""
     about = min(count * (count - 1) // 2, PAIRS_PER_MAP * count)
-    started = last = time.monotonic()
+    started, note = time.monotonic(), _now_and_then()
 
     def tell(asked: int) -> None:
+        left = (time.monotonic() - started) / asked * max(0, about - asked)
+        note(f"{asked} of about {about} pairs asked, about {left:.0f} s left")
+
+    return tell
+
+
+def _bend_progress(count: int) -> Callable[[int], None]:
+    """Return a function that notes now and then how many times a map of so many was tried to bend."""
+    note = _now_and_then()
+    return lambda tried: note(f"{tried} bends tried, of about {count} maps")
+
+
+def _now_and_then() -> Callable[[str], None]:
+    """Return a function that notes a line where the last one is some seconds old."""
+    last = time.monotonic()
+
+    def note(line: str) -> None:
         nonlocal last
         now = time.monotonic()
         if now - last >= PROGRESS_SECONDS:
-            left = (now - started) / asked * max(0, about - asked)
-            console.note(f"rectmerge: {asked} of about {about} pairs asked, about {left:.0f} s left")
+            console.note(f"rectmerge: {line}")
             last = now
 
-    return tell
+    return note

@@ -85,17 +85,20 @@ def compose(
     the `resolution` of the merged map is in cells of A, so that A's frame stays.
     """
     _check(grids, b_to_as, rule)
-    a, size = grids[0], _cell_size(grids, b_to_as, resolution)
-    lattice = _lattice(a, a.cell_size / size)
-    placements = [
-        lattice if t is None else lattice @ map_frame_to_pixels(t, a, g) for g, t in zip(grids, b_to_as, strict=True)
-    ]
-    layers, (row, col) = resample(grids, placements)
+    layers, corner, lattice, size = _lay(grids, b_to_as, resolution)
     merged, mass = merge_layers(layers, rule)
-    x, y = a.pixel_to_map(lattice.inverse().apply([-col - 0.5, merged.shape[0] - row - 0.5]))
-    grid = OccupancyGrid(merged, a.resolution if size == a.cell_size else size, (float(x), float(y), a.origin[2]))
     reach = max(1, round(CONFLICT_REACH_CELLS * lattice.scale))
-    return Composition(grid, find_conflict(layers, reach=reach), (row, col), mass)
+    grid = _in_frame_of(grids[0], merged, corner, lattice, size)
+    return Composition(grid, find_conflict(layers, reach=reach), corner, mass)
+
+
+def merge_grids(
+    grids: Sequence[OccupancyGrid], b_to_as: Sequence[Similarity | None], *, rule: Rule = "occupied"
+) -> OccupancyGrid:
+    """Merge aligned grids as `compose` does, without the layer of their conflicts, which takes each pair of them."""
+    _check(grids, b_to_as, rule)
+    layers, corner, lattice, size = _lay(grids, b_to_as, "a")
+    return _in_frame_of(grids[0], merge_layers(layers, rule)[0], corner, lattice, size)
 
 
 def parse_resolution(text: str) -> CellsOf | float:
@@ -115,6 +118,27 @@ def parse_resolution(text: str) -> CellsOf | float:
     if not (math.isfinite(number) and number > 0):
         raise InputError(f"{text!r} is not a, b, finer or a positive number of metres per cell")
     return number
+
+
+def _lay(
+    grids: Sequence[OccupancyGrid], b_to_as: Sequence[Similarity | None], resolution: CellsOf | float
+) -> tuple[Sequence[NDArray[np.int8]], tuple[int, int], Similarity, float]:
+    """Lay grids on merged cells; return the layers, A's corner, the place of A's pixels, and the side of a cell."""
+    a, size = grids[0], _cell_size(grids, b_to_as, resolution)
+    lattice = _lattice(a, a.cell_size / size)
+    placements = [
+        lattice if t is None else lattice @ map_frame_to_pixels(t, a, g) for g, t in zip(grids, b_to_as, strict=True)
+    ]
+    layers, corner = resample(grids, placements)
+    return layers, corner, lattice, size
+
+
+def _in_frame_of(
+    a: OccupancyGrid, merged: NDArray[np.int8], corner: tuple[int, int], lattice: Similarity, size: float
+) -> OccupancyGrid:
+    row, col = corner
+    x, y = a.pixel_to_map(lattice.inverse().apply([-col - 0.5, merged.shape[0] - row - 0.5]))
+    return OccupancyGrid(merged, a.resolution if size == a.cell_size else size, (float(x), float(y), a.origin[2]))
 
 
 def _check(grids: Sequence[OccupancyGrid], b_to_as: Sequence[Similarity | None], rule: str) -> None:

@@ -20,7 +20,7 @@ RIGID_TERMS = (
     "one", "matched", "clutter_matched", "clutter_off", "log_clutter_matched", "violations", "log_overlap",
     *CONTRADICTIONS,
 )  # fmt: skip
-BENT_TERMS = ("one", "sqrt_iou", "log_support", "violations", "contradicted", "log_overlap")
+BENT_TERMS = ("one", "sqrt_iou", "log_support", "violations", "contradicted", "log_overlap", "surface_exact")
 
 
 def rigid_terms(agreements: Agreements, params: ConfidenceParams) -> NDArray[np.float64]:
@@ -38,7 +38,12 @@ def rigid_terms(agreements: Agreements, params: ConfidenceParams) -> NDArray[np.
     return np.stack(columns, axis=1)
 
 
-def bent_terms(agreements: Agreements, support: NDArray[np.float64], params: ConfidenceParams) -> NDArray[np.float64]:
+def bent_terms(
+    agreements: Agreements,
+    support: NDArray[np.float64],
+    surface_matched: NDArray[np.float64],
+    params: ConfidenceParams,
+) -> NDArray[np.float64]:
     """Return the terms of N placements in the model of bent maps, shape (N, len(BENT_TERMS)).
 
     Parameters
@@ -47,6 +52,8 @@ def bent_terms(agreements: Agreements, support: NDArray[np.float64], params: Con
         Of N placements.
     support
         Shape (N,): damped log-likelihood ratio per wall point of the map that has fewer.
+    surface_matched
+        Shape (N,): share of the wall surface that meets exactly; see `surface_exact_odds`.
     params
         Parameters of the model.
     """
@@ -57,6 +64,7 @@ def bent_terms(agreements: Agreements, support: NDArray[np.float64], params: Con
         agreements.violations,
         agreements.contradicted,
         np.log(agreements.overlap + params.min_overlap),
+        np.maximum(0.0, surface_matched - params.bent_surface_matched),
     )
     return np.stack(columns, axis=1)
 
@@ -70,10 +78,27 @@ def rigid_odds(agreements: Agreements, params: ConfidenceParams) -> NDArray[np.f
 
 
 def bent_odds(agreements: Agreements, support: NDArray[np.float64], params: ConfidenceParams) -> NDArray[np.float64]:
-    """Return the same log-odds if the maps are bent."""
+    """Return the same log-odds if the maps are bent, before `surface_exact_odds`."""
     if not params.use_bent:
         return np.full(len(support), params.absent_log_odds)
-    odds: NDArray[np.float64] = bent_terms(agreements, support, params) @ np.array(params.bent)
+    odds: NDArray[np.float64] = bent_terms(agreements, support, np.zeros_like(support), params) @ np.array(params.bent)
+    return odds
+
+
+def surface_exact_odds(surface_matched: NDArray[np.float64], params: ConfidenceParams) -> NDArray[np.float64]:
+    """Return what the exact fit adds to the log-odds of bent maps, shape (N,): 0 or below.
+
+    Walls that meet exactly are not bent: where most of them do and the rest is contradicted, the maps are of two places
+    with one shell, two storeys for example.
+
+    Parameters
+    ----------
+    surface_matched
+        Shape (N,): share of the wall surface on known cells of the other map that lies within two cells of that map's.
+    params
+        Parameters of the model.
+    """
+    odds: NDArray[np.float64] = params.bent[-1] * np.maximum(0.0, surface_matched - params.bent_surface_matched)
     return odds
 
 

@@ -6,12 +6,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from rectmerge.alignment import Candidate
 from rectmerge.analysis.overlap import Agreement, AgreementMeter
 from rectmerge.elastic.unbend import unbend
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust import wall_agreement
-from rectmerge.robust.params import ExactParams
+from rectmerge.robust.confidence_model import plausibility, surface_exact_odds
+from rectmerge.robust.params import ConfidenceParams, ExactParams
 from rectmerge.robust.prepared_map import PreparedMap
 from rectmerge.robust.ranking import Ranking
 from rectmerge.robust.refinement import Fit, Surface, fit_surfaces, to_pixels
@@ -62,16 +65,23 @@ class Answer:
 def make_exact(
     pair: WorkingPair, ranking: Ranking, fixed: PreparedMap, moving: PreparedMap, scale: tuple[float, float]
 ) -> Sequence[Answer]:
-    """Refine the best placements on the maps' own cells, and gather the evidence for each."""
+    """Refine the best placements on the maps' own cells, and gather the evidence for each.
+
+    What turns out exact counts against bent maps; the order stays.
+    """
     params = pair.params
     surfaces = Surface.from_cells(fixed.cells), Surface.from_cells(moving.cells)
-    meter = AgreementMeter(fixed.grid, moving.grid)
-    rest, bounds = log_odds_of_rest(ranking.plausibility), params.exact.widened(scale)
-    answers = []
-    for i in range(min(params.max_candidates, len(ranking))):
+    meter, bounds = AgreementMeter(fixed.grid, moving.grid), params.exact.widened(scale)
+
+    def fitted(i: int, points: int) -> Fit:
         placement = to_pixels(ranking.placements[i], fixed.walled, moving.walled)
-        points = params.exact.rival_points if i else params.exact.surface_points
-        fit = fit_surfaces(placement, *surfaces, bounds, params.exact, points=points)
+        return fit_surfaces(placement, *surfaces, bounds, params.exact, points=points)
+
+    count = min(params.max_candidates, len(ranking))
+    fits = [fitted(i, params.exact.rival_points if i else params.exact.surface_points) for i in range(count)]
+    ranking = _with_surfaces(ranking, fits, params.confidence)
+    rest, answers = log_odds_of_rest(ranking.plausibility), []
+    for i, fit in enumerate(fits):
         agreement = meter.measure(_similarity(fit))
         evidence = Evidence(
             plausibility=float(ranking.plausibility[i]),
@@ -90,6 +100,14 @@ def make_exact(
         )
         answers.append(Answer(fit, agreement, evidence))
     return answers
+
+
+def _with_surfaces(ranking: Ranking, fits: Sequence[Fit], params: ConfidenceParams) -> Ranking:
+    """Return a ranking whose first placements count, as bent maps, for what their exact fits leave."""
+    bent = ranking.bent.copy()
+    bent[: len(fits)] += surface_exact_odds(np.array([fit.surface_matched for fit in fits]), params)
+    change = plausibility(ranking.rigid, bent) - plausibility(ranking.rigid, ranking.bent)
+    return replace(ranking, bent=bent, plausibility=ranking.plausibility + change)
 
 
 def _is_at_limit(fit: Fit, bounds: tuple[float, float], params: ExactParams) -> bool:

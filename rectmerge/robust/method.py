@@ -66,7 +66,9 @@ class Robust(Params):
         if len(whites) != 1:  # two white outsides agree, as two unknown ones do
             return alignment
         again = self._align(hint, *inside, scale=scale, rng=rng)
-        return replace(again, reason=reasons.without_outside(again.reason, whites[0])) if again else alignment
+        # two searches are two chances of a wrong answer: each gets half of the risk
+        is_sure = again and (again.confidence or 0.0) >= (1 + self.verdict.accept_at) / 2
+        return replace(again, reason=reasons.without_outside(again.reason, whites[0])) if is_sure else alignment
 
     def _align(
         self,

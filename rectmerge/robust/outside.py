@@ -32,6 +32,8 @@ def _without_outside(grid: OccupancyGrid, params: OutsideParams) -> OccupancyGri
     depth = cv2.distanceTransform(np.pad(hull, 1), cv2.DIST_L2, cv2.DIST_MASK_5)[1:-1, 1:-1]
     low, high = params.edge_cells
     edge = (depth > low) & (depth <= high)
+    if not (edge.any() and free.any()):
+        return grid
     is_picture = np.count_nonzero(known) >= params.min_known_share * area
     is_picture &= np.count_nonzero(free & edge) >= params.min_free_edge * np.count_nonzero(edge)
     if not is_picture:

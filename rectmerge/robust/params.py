@@ -147,14 +147,14 @@ class ConfidenceParams(Group):
     use_rigid: bool = param(True, "switch", ablation("the model of rigid maps"))
     use_bent: bool = param(True, "switch", ablation("the model of bent maps"))
     rigid: tuple[float, ...] = param(
-        (-4.11, 0.66, 0.0, -10.7, 2.18, -9.34, 2.78, -15.17, -28.07, -1.96, -4.42),
+        (-3.92, 0.93, 0.0, -11.25, 2.18, -4.45, 2.87, -16.12, -31.43, -3.01, -3.71),
         "log-odds per term",
         CALIBRATED,
         least=-math.inf,
         length=11,
     )
     bent: tuple[float, ...] = param(
-        (-3.64, 11.16, 1.22, -28.11, -0.68, 0.97), "log-odds per term", CALIBRATED, least=-math.inf, length=6
+        (-3.45, 13.54, 2.2, -23.8, -1.77, 1.02, -16.48), "log-odds per term", CALIBRATED, least=-math.inf, length=7
     )
     min_overlap: float = param(0.03, "share", HAND)  # added before the logarithm
     min_matched_faces: float = param(20.0, "faces", HAND)  # added before the logarithm
@@ -162,6 +162,7 @@ class ConfidenceParams(Group):
     min_support: float = param(0.05, "nats per wall point", HAND)  # added before the logarithm
     fat_wall_cells: float = param(2.8, "map cells", HAND)  # maps with thinner walls are less likely bent
     thin_wall_cost: float = param(5.0, "log-odds per log thickness", HAND, least=0)
+    bent_surface_matched: float = param(0.35, "share", HAND)  # of the surface of bent maps that meets all the same
     absent_log_odds: float = param(-30.0, "log-odds", "stands for none", least=-math.inf)  # of a model that is off
 
 
@@ -209,7 +210,7 @@ class VerdictParams(Group):
     likely_at: float = param(0.5, "probability", HAND)  # below `accept_at`, and a placement is ambiguous all the same
     ambiguous_at: float = param(0.9, "probability", HAND)  # by the placement's own log-odds, whatever its rivals
     weights: tuple[float, ...] = param(
-        (0.01, 0.28, 1.21), "log-odds: constant, per own, per lead", CALIBRATED, least=-math.inf, length=3
+        (0.31, 0.57, 0.65), "log-odds: constant, per own, per lead", CALIBRATED, least=-math.inf, length=3
     )
     chance_log_odds: float = param(-3.0, "log-odds", HAND, least=-math.inf)  # that chance reaches even without rivals
     bend_log_odds: float = param(1.0, "log-odds", HELD_BACK_GAIN, least=0)  # that unbending adds; 0: it is not tried

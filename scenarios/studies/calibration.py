@@ -23,7 +23,13 @@ from scenarios.scoring.score import RIGHT
 from scenarios.studies.conditional_logit import Choices, fit
 
 BENT_FROM = 0.002  # residual over extent
-AGAINST = ("clutter_off", "violations", "contradicted", *model.CONTRADICTIONS)  # other terms can only speak for
+AGAINST = (
+    "clutter_off",
+    "violations",
+    "contradicted",
+    "surface_exact",
+    *model.CONTRADICTIONS,
+)  # other terms can only speak for
 ALIKE = ("hospital",)  # families of rooms that are alike: their wrong placements look like right ones
 BY_EYE = "by eye"  # truth of real pairs that may be bent by an unknown amount
 
@@ -123,7 +129,8 @@ def terms_of(evidence: Sequence[dict[str, float]]) -> tuple[NDArray[np.float64],
         *(np.array([candidate[name] for candidate in evidence]) for name in WallAgreement._fields)
     )
     support = np.array([candidate["support"] for candidate in evidence])
-    return model.rigid_terms(agreement, params), model.bent_terms(agreement, support, params)
+    surface = np.array([candidate["surface_matched"] for candidate in evidence])
+    return model.rigid_terms(agreement, params), model.bent_terms(agreement, support, surface, params)
 
 
 def usable(rows: Sequence[Row]) -> list[Row]:

@@ -8,6 +8,7 @@ from rectmerge.robust.confidence_model import (
     plausibility,
     rigid_odds,
     rigid_terms,
+    surface_exact_odds,
 )
 from rectmerge.robust.params import ConfidenceParams
 from rectmerge.robust.wall_agreement import WallAgreement
@@ -65,6 +66,14 @@ def test_bent_maps_need_support_and_little_that_is_missing():
         bent_odds(GOOD, support, PARAMS)[0]
         > bent_odds(GOOD._replace(violations=np.array([0.2])), support, PARAMS)[0] + 4
     )
+
+
+def test_walls_that_meet_exactly_speak_against_bent_maps():
+    odds = surface_exact_odds(np.array([0.0, 0.3, 0.5, 0.9]), PARAMS)
+
+    assert odds[0] == odds[1] == 0.0
+    assert odds[2] > odds[3]
+    assert odds[2] < -1.0
 
 
 def test_bent_maps_count_where_no_rigid_ones_convince():

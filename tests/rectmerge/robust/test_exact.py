@@ -1,4 +1,4 @@
-"""What unbending says of an answer that is nearly sure: known bends, rigid maps, and answers that it cannot decide."""
+"""Exact answers: what walls that meet exactly say of bent maps, and unbending of an answer that is nearly sure."""
 
 from dataclasses import replace
 
@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 
 from rectmerge.analysis.overlap import Agreement
-from rectmerge.robust.exact import Answer
-from rectmerge.robust.params import VerdictParams
+from rectmerge.robust.confidence_model import plausibility
+from rectmerge.robust.exact import Answer, make_exact
+from rectmerge.robust.params import Params, VerdictParams
+from rectmerge.robust.prepared_map import PreparedMap
+from rectmerge.robust.ranking import rank
 from rectmerge.robust.refinement import Fit
 from rectmerge.robust.verdict import NO_AGREEMENT, Evidence, judge
+from rectmerge.robust.working_pair import WorkingPair
 from rectmerge.similarity import Similarity
 from tests.rectmerge.elastic.bent_maps import bent_view, large_building, random_displacement
+from tests.rectmerge.robust import plans
 
 NEARLY = Evidence(
     agreement=NO_AGREEMENT._replace(overlap=0.5),
@@ -57,3 +62,19 @@ def test_an_answer_that_it_cannot_decide_is_not_unbent(change):
     given = answer(Similarity(), replace(NEARLY, **change))
 
     assert given.unbent(None, None) is given  # no map is looked at
+
+
+def test_a_placement_under_which_walls_meet_exactly_is_less_likely_as_bent_maps():
+    params, grid = Params(), plans.see(plans.office(3)).grid
+    maps = PreparedMap.from_grid(grid, params), PreparedMap.from_grid(grid, params)
+    pair = WorkingPair.from_maps(*maps, (0.5, 2.0), np.random.default_rng(0), params)
+    ranking = rank(pair, np.array([[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 60.0, 40.0]])).take(np.array([0, 1]))
+    rigid, bent = np.array([-9.0, -9.0]), np.array([3.0, 2.0])
+    as_bent = replace(ranking, rigid=rigid, bent=bent, plausibility=plausibility(rigid, bent))
+
+    exact, beside = make_exact(pair, as_bent, *maps, (0.5, 2.0))
+
+    assert exact.evidence.surface_matched > 0.5 > beside.evidence.surface_matched
+    assert exact.evidence.bent < 3.0 - 5.0
+    assert exact.evidence.plausibility < beside.evidence.plausibility
+    assert exact.evidence.rest_log_odds == pytest.approx(beside.evidence.plausibility)

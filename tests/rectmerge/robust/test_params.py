@@ -80,7 +80,7 @@ def test_a_count_below_one_and_a_length_of_nothing_are_refused():
     ("name", "value", "says"),
     [
         ("robust.confidence.rigid", "1,2", "11 values"),
-        ("robust.confidence.bent", "1", "6 values"),
+        ("robust.confidence.bent", "1", "7 values"),
         ("robust.rank.spreads_cells", "1,2", "3 values"),
         ("robust.exact.strides", "1,1", "9 values"),
         ("robust.rank.outliers", "0.05,0.15,2", "at most 1"),

@@ -20,7 +20,15 @@ def candidate(rng, is_right):
     shares = {name: float(np.clip(value, 0.0, 1.0)) for name, value in zip(SHARES, values, strict=True)}
     contradictions = dict.fromkeys(("on_floor", "beside", "corners_missed", "corners_denied"), shares["violations"])
     fixed = {"judged": 300.0, "clutter": 200.0, "overlap": 0.5, "iou": 0.3, "support": 0.5, "handicap": 0.0}
-    return {**fixed, **shares, **contradictions, "mirror_log_odds": None, "slack_cells": 0.1, "is_at_limit": False}
+    return {
+        **fixed,
+        **shares,
+        **contradictions,
+        "mirror_log_odds": None,
+        "slack_cells": 0.1,
+        "is_at_limit": False,
+        "surface_matched": 0.5,
+    }
 
 
 def drawn_row(rng, *, is_found=True, place="p", **more):
@@ -83,10 +91,10 @@ def test_of_bent_pairs_only_what_is_wrong_is_learnt_as_rigid(rows, change):
 def test_the_terms_are_those_of_the_method(rows):
     graded = GradedCandidates.from_rows(rows[:1])
     columns = {name: np.array([each[name] for each in rows[0]["evidence"]]) for name in WallAgreement._fields}
-    agreements, support = WallAgreement(**columns), np.full(3, 0.5)
+    agreements, half = WallAgreement(**columns), np.full(3, 0.5)
 
     np.testing.assert_array_equal(graded.rigid[0], rigid_terms(agreements, ConfidenceParams()))
-    np.testing.assert_array_equal(graded.bent[0], bent_terms(agreements, support, ConfidenceParams()))
+    np.testing.assert_array_equal(graded.bent[0], bent_terms(agreements, half, half, ConfidenceParams()))
 
 
 def test_the_odds_in_use_are_those_of_the_method(rows):
