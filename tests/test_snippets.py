@@ -22,7 +22,8 @@ ROOT = Path(__file__).parents[1]
 PAGES = {page.name: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").glob("*.md"))}
 TESTED_ELSEWHERE = {"add-a-method.md", "simulation.md"}  # by test_add_a_method.py and test_docs.py
 WITHOUT_LIBRARIES = {"data-sets.md"}  # whose Python needs libraries that may be missing: by test_data_sets_page.py
-HOURS = ("sets/standard", "runs/standard", "sets/fleet-3")  # what a line names that would take them, or minutes
+# what a line names that would take hours, or minutes
+HOURS = ("sets/standard", "runs/standard", "sets/fleet-3", "sets/grid", "runs/grid")
 APPS = {"rectmerge": cli.app, "rectbench": bench_cli.app}
 
 

@@ -53,7 +53,7 @@ def test_a_node_that_was_killed_finds_its_merge_in_one_cycle_and_an_interrupt_en
     listener.wait_for(lambda: "robot2/map" in listener.transforms)
     again.send_signal(signal.SIGINT)
 
-    assert again.wait(timeout=LONGEST_S) in (0, 130)
+    assert again.wait(timeout=LONGEST_S) in (0, 130, -signal.SIGINT)
     assert "Traceback" not in again.communicate()[1]
 
 
