@@ -24,7 +24,7 @@ class LiveOptions:
     topics: Annotated[str, typer.Option(metavar="PATTERN", help="Topics of the maps, ROBOT in place of the name.")] = (
         PATTERN
     )
-    rate: Annotated[float, typer.Option(min=0.01, max=100.0, metavar="HZ", help="Merges a second.")] = 1.0
+    rate: Annotated[float, typer.Option(min=0.01, max=100.0, metavar="HZ", help="Most merges a second.")] = 1.0
     accepts: Annotated[
         int,
         typer.Option(min=1, max=10, metavar="N", help="Answers that must agree, on maps that changed between them."),

@@ -57,7 +57,7 @@ class MapInbox:
     """
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
+        self._lock, self._arrived = threading.Lock(), threading.Event()
         self._slots: dict[str, _Slot] = {}
         self._heard: dict[tuple[str, str], tuple[int, int]] = {}  # when the last message of a subscription was sent
 
@@ -86,6 +86,7 @@ class MapInbox:
                 self._heard[robot, subscription] = sent
             if slot is None or not sent_ns or sent > slot.sent:
                 self._slots[robot] = _Slot(message, sent)
+                self._arrived.set()
 
     def update(self, robot: str, message: Any) -> None:
         """Write a map_msgs/OccupancyGridUpdate into the robot's newest map; before there is one it is dropped.
@@ -96,12 +97,22 @@ class MapInbox:
             slot = self._slots.get(robot)
         if slot is not None:
             slot.update(robot, message)
+            self._arrived.set()
+
+    def wait(self, seconds: float) -> bool:
+        """Wait until something has come since the last `take`, so long at most; return whether it has."""
+        return self._arrived.wait(seconds)
+
+    def wake(self) -> None:
+        """End a wait though nothing has come."""
+        self._arrived.set()
 
     def take(self) -> list[tuple[str, OccupancyGrid | MapFileError]]:
         """Return, with their robots, the maps that are new since the last call, and why a message is none.
 
         A robot's map comes before the fault of its last update.
         """
+        self._arrived.clear()
         with self._lock:
             slots = list(self._slots.items())
         return [(robot, new) for robot, slot in slots for new in slot.take(robot)]

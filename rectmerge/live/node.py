@@ -10,6 +10,7 @@ import functools
 import os
 import sys
 import threading
+import time
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -39,6 +40,7 @@ from rectmerge.live.settings import Settings
 from rectmerge.similarity import Similarity
 
 MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
+TOGETHER_S = 0.05  # maps that robots send at the same time are taken at once
 LONGEST_END_S = 1.5  # an interrupt ends the node within 2 s
 UPDATES = "_updates"  # after the topic of a map, that of its updates
 UPDATE_DEPTH = 10  # updates that wait for the node's callbacks; later ones are lost
@@ -57,8 +59,8 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
 
     Notes
     -----
-    Callbacks keep the newest map of each robot alone; a thread takes them at the given rate. What comes faster is
-    dropped.
+    Callbacks keep the newest map of each robot alone; a thread takes them as soon as they have come, at the given rate
+    at most. What comes faster is dropped.
     """
 
     def __init__(self, defaults: Settings) -> None:
@@ -73,7 +75,7 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
             params=LiveParams(accepts=self.settings.accepts),
             memory=memory,
         )
-        self._inbox, self._frames = MapInbox(), dict[str, str]()
+        self.inbox, self._frames = MapInbox(), dict[str, str]()
         self._subscriptions_by_robot: dict[str, Sequence[Any]] = {}
         self._sent_grid: object = None
         self._sent: dict[str, tuple[str, Similarity]] = {}
@@ -86,11 +88,12 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
         for robot in self.settings.robots:
             self._subscribe(robot)
 
-    def cycle(self) -> None:
-        """Take the newest maps, merge, and publish what has changed."""
+    def cycle(self) -> bool:
+        """Take the newest maps, merge, and publish what has changed; return whether a map was new."""
         if not self.settings.robots:
             self._discover()
-        for robot, newest in self._inbox.take():
+        taken = self.inbox.take()
+        for robot, newest in taken:
             if isinstance(newest, OccupancyGrid):
                 self._frames[robot] = newest.frame or ""
             self._merger.update(robot, newest)
@@ -100,6 +103,7 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
         if published.events:
             self._remember()
         self._publish(published)
+        return bool(taken)
 
     def _declare(self, defaults: Settings) -> Settings:
         """Declare a parameter for each setting and return the settings that they give."""
@@ -132,14 +136,14 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
 
         def subscribed(name: str, quality: QoSProfile) -> Any:
             def put(message: Any, about: Any) -> None:
-                self._inbox.put(robot, message, about["source_timestamp"], name)
+                self.inbox.put(robot, message, about["source_timestamp"], name)
 
             return self.create_subscription(GridMessage, topic, put, quality)
 
         topic = self.settings.topic_of(robot)
         subscriptions = [subscribed("latched", LATCHED), subscribed("volatile", VOLATILE)]
         if (update_type := update_message_type()) is not None:
-            update = functools.partial(self._inbox.update, robot)
+            update = functools.partial(self.inbox.update, robot)
             subscriptions.append(self.create_subscription(update_type, topic + UPDATES, update, UPDATE_DEPTH))
         self._subscriptions_by_robot[robot] = subscriptions
 
@@ -245,6 +249,7 @@ def run(defaults: Settings, ros_arguments: Sequence[str] = ()) -> None:
         pass
     finally:
         ended.set()
+        node.inbox.wake()
         rclpy.try_shutdown()
         worker.join(LONGEST_END_S)
         if worker.is_alive():  # a merge in progress holds nobody up, and Python cannot end beside ROS's threads
@@ -252,16 +257,22 @@ def run(defaults: Settings, ros_arguments: Sequence[str] = ()) -> None:
 
 
 def _work(node: MergerNode, ended: threading.Event) -> None:
-    """Run the node's cycle at its rate until the node ends."""
-    while not ended.wait(1.0 / node.settings.rate):
+    """Run the node's cycle until the node ends: when maps have come, at its rate at most, and once a period anyway."""
+    period = 1.0 / node.settings.rate
+    while not ended.is_set():
+        if node.inbox.wait(period) and ended.wait(TOGETHER_S):
+            return
+        began, is_new = time.monotonic(), True
         try:
-            node.cycle()
+            is_new = node.cycle()
         except RectMergeError as error:
             node.get_logger().error(str(error))
         except Exception as error:  # noqa: BLE001 - a node that goes silent is worse than one that names its fault
             if ended.is_set() or not rclpy.ok():  # publishers of a node that ends raise whatever they like
                 return
             node.get_logger().error(f"internal error, the next maps are tried again: {type(error).__name__}: {error}")
+        if is_new:
+            ended.wait(max(0.0, began + period - time.monotonic()))
 
 
 def main() -> None:

@@ -37,7 +37,7 @@ class Settings:
     topics: str = _setting(PATTERN, "Topics of the robots' maps, with ROBOT in place of the robot's name.")
     robots: tuple[str, ...] = _setting((), "Names of the robots; empty takes every robot whose topic appears.")
     reference: str = _setting("", "Robot whose map frame is kept; empty takes the first that sends a map.")
-    rate: float = _setting(1.0, "Merges a second, by the machine's clock.", (0.01, 100.0))
+    rate: float = _setting(1.0, "Most merges a second, by the machine's clock.", (0.01, 100.0))
     accepts: int = _setting(2, "Answers that must agree, on maps that changed between them.", (1, 10))
     method: str = _setting(DEFAULT_METHOD, "Method of alignment; see `rectmerge methods`.")
     merged_topic: str = _setting("/map", "Topic of the merged map.")

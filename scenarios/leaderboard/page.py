@@ -134,5 +134,5 @@ FIRST_EXPLAINED = """The first of each box, with its pairs right and accepted; o
 accepted.
 """
 PREDICTION_EXPLAINED = """Right and accepted at equal true overlap, on simulated (`standard`) and real pairs
-(`real_maps`, `real_lasers`). Real hand-held maps bend; simulated ones mostly do not.
+(`real_maps`, `real_lasers`, `real_places`). Real hand-held maps bend; simulated ones mostly do not.
 """

@@ -13,7 +13,7 @@ from scenarios.dataset.reader import is_dataset
 from scenarios.suites.suite import load_suite
 
 SUITES = ("standard", "headline", "sweep-overlap", "sweep-noise", "sweep-scale", "sweep-accuracy", "sweep-drift")
-REAL = ("real_maps", "real_lasers")
+REAL = ("real_maps", "real_lasers", "real_places")
 TESTED = {"standard": "test"}  # the split on the page; the other chose the parameters
 BOTH_TRACKS = ("standard",)
 SETS, RUNS = "sets", "runs"
@@ -76,6 +76,6 @@ def stages(out: Path, maps: Path | None, suites: Sequence[str] = SUITES) -> list
     if maps is not None:
         for name in REAL:
             if not is_dataset(maps / name):
-                raise InputError(f"{maps}: must hold the data sets {' and '.join(REAL)}; there is no {name}")
+                raise InputError(f"{maps}: must hold the data sets {', '.join(REAL)}; there is no {name}")
         planned += [Stage(name, maps / name, False, False) for name in REAL]
     return planned

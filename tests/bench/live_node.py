@@ -130,7 +130,7 @@ def _page(rows: list[tuple[str, ...]], command: str) -> str:
         "# The node on ROS 2\n",
         "Simulated robots of one office send six maps each, together, once a second, to `rectmerge node` with its",
         "defaults. *Delay*: from the maps that made a merge possible, by the same code without ROS, to its transform;",
-        "up to a second of it is waiting for the next cycle. *CPU of the merge*: of the step that made it, there.",
+        "*CPU of the merge*: of the step that made it, there.",
         f"*At rest*: over {REST_S:.0f} s in which no map comes.\n",
         f"    {command}\n",
         f"By commit {machine['commit'] or 'unknown'}, on {os.cpu_count()} cores, load {os.getloadavg()[1]:.1f}.\n",
