@@ -16,7 +16,8 @@ from rectmerge.fleet.complex_similarity import ComplexSimilarity, Points, rms
 from rectmerge.fleet.map_sample import MapSample, overlap
 from rectmerge.fleet.params import EvidenceParams
 from rectmerge.robust.confidence_model import RIGID_TERMS
-from rectmerge.robust.params import ConfidenceParams
+from rectmerge.robust.params import ConfidenceParams, VerdictParams
+from rectmerge.robust.verdict import calibrated_log_odds
 
 Pair = tuple[int, int]  # indices of two maps, the smaller first
 Witness = Callable[[Pair, ComplexSimilarity], float]  # log-odds of a placement of a pair by walls, without a search
@@ -87,6 +88,7 @@ class Evidence:
         self._measured: dict[Pair, list[tuple[ComplexSimilarity, float]]] = {}
         self.candidates: dict[Pair, Sequence[PairCandidate]] = {}
         self._stacks: dict[Pair, _Stack] = {}
+        self._mirror: dict[Pair, float] = {}
         self._partners: list[set[int]] = [set() for _ in maps]
 
     def add(self, pair: Pair, alignment: Alignment, *, is_swapped: bool) -> None:
@@ -105,6 +107,7 @@ class Evidence:
             candidates.append(PairCandidate(pair, rank, placement, alone, float(bonus), share, points, images, span))
         self.candidates[pair] = candidates
         self._stacks[pair] = _Stack.of(candidates)
+        self._mirror[pair] = max((_mirror(candidate) for candidate in alignment.candidates), default=-math.inf)
         self._partners[pair[0]].add(pair[1])
         self._partners[pair[1]].add(pair[0])
 
@@ -132,7 +135,8 @@ class Evidence:
 
     def measure(self, pair: Pair, placement: ComplexSimilarity) -> None:
         """Ask the walls of both maps about a placement of a pair."""
-        self._measured.setdefault(pair, []).append((placement, self._witness(pair, placement)))
+        nats = _calibrated(self._witness(pair, placement), self._mirror[pair])
+        self._measured.setdefault(pair, []).append((placement, nats))
 
     def support(self, pair: Pair, placement: ComplexSimilarity) -> Support:
         """Return the support of an asked pair for a placement of its second map on its first.
@@ -234,8 +238,7 @@ def log_odds(alignment: Alignment, params: EvidenceParams) -> tuple[list[float],
 def _alone(candidate: Candidate, params: EvidenceParams) -> float:
     evidence = candidate.evidence
     if "plausibility" in evidence:
-        mirror = evidence.get("mirror_log_odds", -math.inf)
-        odds = evidence["plausibility"] - float(np.logaddexp(0.0, mirror))
+        odds = _calibrated(evidence["plausibility"], _mirror(candidate)) + evidence.get("bend_log_odds", 0.0)
     else:
         share = min(max(candidate.confidence, 1e-12), 1 - 1e-12)
         odds = math.log(share / (1 - share))
@@ -246,6 +249,15 @@ def _alone(candidate: Candidate, params: EvidenceParams) -> float:
     ):
         odds = min(odds, 0.0)
     return odds
+
+
+def _mirror(candidate: Candidate) -> float:
+    return candidate.evidence.get("mirror_log_odds", -math.inf)
+
+
+def _calibrated(plausibility: float, mirror: float) -> float:
+    """Return the log-odds of a placement against none; its rivals are proposals of their own, so they do not count."""
+    return calibrated_log_odds(plausibility, -math.inf, mirror, VerdictParams())
 
 
 def _repeated(candidates: Sequence[Candidate], params: EvidenceParams) -> list[float]:

@@ -130,11 +130,18 @@ def probability(
     bend_log_odds
         Log-odds that unbending adds. They do not count against other placements, which may be unbent as well.
     """
-    lead = log_odds - float(np.logaddexp.reduce([rest_log_odds, mirror_log_odds, params.chance_log_odds]))
-    constant, of_own, of_lead = params.weights
-    alone = posterior(constant + of_own * log_odds + of_lead * lead + bend_log_odds)
+    alone = posterior(calibrated_log_odds(log_odds, rest_log_odds, mirror_log_odds, params) + bend_log_odds)
     alone *= posterior(log_odds - rest_log_odds)
     return min(alone, 0.5) if mirror_log_odds > log_odds else alone
+
+
+def calibrated_log_odds(
+    log_odds: float, rest_log_odds: float, mirror_log_odds: float, params: VerdictParams
+) -> float:
+    """Return the log-odds that a placement is right against none, from its own and its lead; see `probability`."""
+    lead = log_odds - float(np.logaddexp.reduce([rest_log_odds, mirror_log_odds, params.chance_log_odds]))
+    constant, of_own, of_lead = params.weights
+    return constant + of_own * log_odds + of_lead * lead
 
 
 def posterior(plausibility: float, rest_log_odds: float = -math.inf, mirror_log_odds: float = -math.inf) -> float:

@@ -7,6 +7,7 @@ from rectmerge.aligning import DOUBTED
 from rectmerge.alignment import Alignment, Candidate
 from rectmerge.fleet.evidence import log_odds
 from rectmerge.fleet.params import EvidenceParams
+from rectmerge.robust.params import VerdictParams
 from rectmerge.similarity import Similarity
 
 PARAMS = EvidenceParams()
@@ -34,7 +35,7 @@ def ambiguous(*candidates: tuple[float, float]) -> Alignment:
     [
         (((11.0, 0.0), (11.0, 0.0)), -3.0, -2.9),  # identical rooms
         (((12.0, 0.0), (9.5, 0.01)), 2.9, 3.0),  # rooms that differ a little
-        (((12.0, 0.01), (10.5, 0.02)), -3.0, -2.9),  # the right placement is not among them
+        (((12.0, 0.1), (10.5, 0.11)), -3.0, -2.9),  # the right placement is not among them
     ],
 )
 def test_where_a_place_repeats_itself_the_best_is_likely_by_its_lead_and_by_no_wall_on_floor(candidates, low, high):
@@ -45,10 +46,11 @@ def test_where_a_place_repeats_itself_the_best_is_likely_by_its_lead_and_by_no_w
     assert not has_bonus
 
 
-def test_elsewhere_candidates_keep_their_odds_and_the_best_is_capped():
+def test_elsewhere_candidates_have_the_odds_of_the_verdict_and_the_best_is_capped():
     odds, has_bonus = log_odds(ambiguous((9.0, 0.0), (1.0, 0.0)), PARAMS)
 
-    assert np.allclose(odds, [6.0, -2.0], atol=0.01)
+    _, of_own, of_lead = VerdictParams().weights
+    assert np.allclose(odds, [6.0, 6.0 - 8.0 * (of_own + of_lead)], atol=0.01)
     assert has_bonus
 
 

@@ -96,7 +96,7 @@ def test_the_order_of_the_maps_changes_nothing(seed):
 def test_pairs_of_which_none_is_sure_join_where_all_together_are():
     made = fleet(4, home=4, other=2, side=180)
 
-    graph = align_many(made.maps, method=Oracle(made, log_odds=1.6))
+    graph = align_many(made.maps, method=Oracle(made, log_odds=-0.5))  # of which the verdict makes 1.6, no rival near
 
     assert all(not answer.alignment for answer in graph.pairs.asked.values())
     assert members(graph) == {frozenset(f"home{k}" for k in range(4))}
