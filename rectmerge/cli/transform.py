@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,8 +16,7 @@ from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
     from rectmerge.elastic.transform import BentTransform
-    from rectmerge.fleet.record import FleetFile
-    from rectmerge.results.alignment_json import AlignmentFile
+    from rectmerge.fleet.record import FleetFile, SavedPlacement
     from rectmerge.similarity import Similarity
     from rectmerge.transfer.transform import Form, Transform
 
@@ -30,6 +29,9 @@ def transform(
     form: Annotated[str, typer.Option("--as", metavar="FORM", help=f"One of {FORMS}.")] = "ros2",
     candidate: Annotated[
         int | None, typer.Option(min=1, metavar="K", help="A candidate, 1 the best, where none is accepted.")
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option("--map", metavar="NAME", help="Of more than two maps, the one in place of map B.")
     ] = None,
     parent: Annotated[
         str | None, typer.Option(metavar="FRAME", help="The frame of map A; else its bag's, else map_a.")
@@ -65,11 +67,12 @@ def transform(
     a column bend_std, their standard deviation, empty where the bend was not fitted. No one transform fits then: --at
     gives the one that is right at a point of map B.
 
-    Of a merge of more than two maps there is a line for each map but the references, whose frames are the parents.
+    Of a merge of more than two maps there is a line for each map but the references, whose frames are the parents; with
+    --map, of this map alone, whose points, trajectory and --at are then carried to its reference.
     """
     from rectmerge.fleet.record import FleetFile
 
-    options = _Options(_form(form), candidate, parent, child, points, trajectory, at, output)
+    options = _Options(_form(form), name, candidate, parent, child, points, trajectory, at, output)
     options.check()
     if (fleet := FleetFile.find(folder)) is not None:
         _print_fleet(FleetFile.read(fleet), options)
@@ -82,6 +85,7 @@ class _Options:
     """Options of the command."""
 
     form: Form
+    name: str | None
     candidate: int | None
     parent: str | None
     child: str | None
@@ -99,11 +103,6 @@ class _Options:
     def place(self) -> tuple[float, float] | None:
         """Point of map B at which the transform is to be right."""
         return None if self.at is None else parse_point(self.at)
-
-    @property
-    def for_two(self) -> list[object]:
-        """Options that mean nothing for more than two maps."""
-        return [self.candidate, self.child, self.points, self.trajectory, self.at]
 
     def check(self) -> None:
         """Refuse options that contradict each other, before any file is read."""
@@ -129,6 +128,8 @@ def _print_pair(folder: Path, options: _Options) -> None:
     from rectmerge.results.saved_alignment import SavedAlignment
     from rectmerge.results.saved_bend import read_bend
 
+    if options.name is not None:
+        raise InputError(f"{folder}: holds two maps; --map is for more")
     file = AlignmentFile.read(folder)
     alignment = SavedAlignment.from_file(file)
     if options.candidate is None and alignment.verdict != "accepted":
@@ -138,7 +139,7 @@ def _print_pair(folder: Path, options: _Options) -> None:
     placement = alignment.candidate(options.candidate or 1)
     bend = read_bend(file) if options.candidate in (None, 1) else None
     if options.carried is not None:
-        _carry(options.carried, options, file, placement.b_to_a if bend is None else bend)
+        _carry(options.carried, options, file.path, placement.b_to_a if bend is None else bend)
         _note(_notes(placement, has_scale=True))
         return
     if options.place is not None:
@@ -148,20 +149,22 @@ def _print_pair(folder: Path, options: _Options) -> None:
     _note(_notes(placement, has_scale=options.form == "matrix"))
     if bend is not None and options.place is None:
         moved = file.record["unbent"]["largest_move"] * bend.cell_size
-        _note([
-            f"map B was bent by up to {moved:.3g} {bend.unit}, which one transform cannot carry; "
-            "--at X,Y gives the one that is right at a point of map B"
-        ])  # fmt: skip
+        _note([_bent_by("map B", f"{moved:.3g} {bend.unit}")])
     console.tell(text)
 
 
-def _carry(carried: Path, options: _Options, file: AlignmentFile, through: Similarity | BentTransform) -> None:
+def _bent_by(name: str, moved: str) -> str:
+    at = "--at X,Y gives the one that is right at a point of it"
+    return f"{name} was bent by up to {moved}, which one transform cannot carry; {at}"
+
+
+def _carry(carried: Path, options: _Options, record: Path, through: Similarity | BentTransform) -> None:
     """Carry the points or the trajectory of a file to map A, and print or write them."""
     from rectmerge.io.atomic_file import replace_file
     from rectmerge.transfer.points import carry_points
     from rectmerge.transfer.trajectory import carry_trajectory
 
-    _refuse(options.output, carried, file)
+    _refuse(options.output, carried, record)
     carry = carry_points if options.trajectory is None else carry_trajectory
     text = carry(_text(carried), carried.name, through)
     if options.output is None:
@@ -172,40 +175,49 @@ def _carry(carried: Path, options: _Options, file: AlignmentFile, through: Simil
 
 def _print_fleet(file: FleetFile, options: _Options) -> None:
     """Print the transforms of a merge of more than two maps, a line or a matrix each."""
-    form, parent = options.form, options.parent
-    if any(option is not None for option in options.for_two):
-        raise InputError(
-            f"{file.path.parent}: holds more than two maps; --candidate, --child, --points and --at are for two"
-        )
+    form, parent, folder = options.form, options.parent, file.path.parent
+    if options.candidate is not None or options.child is not None:
+        raise InputError(f"{folder}: holds more than two maps; --candidate and --child are for two")
+    if options.name is None and (options.carried is not None or options.at is not None):
+        raise InputError(f"{folder}: holds more than two maps; --map says whose points they are")
     if not file.placements:
-        console.say(f"rectmerge: {file.path.parent}: no maps belong together")
+        console.say(f"rectmerge: {folder}: no maps belong together")
         raise typer.Exit(console.NO)
-    if parent is not None and len({placement.reference for placement in file.placements}) > 1:
-        raise InputError(f"{file.path.parent}: has more than one component, so --parent cannot name all their frames")
-    _require_metres(file, form)
-    for placement in file.placements:
-        a, b = placement.frame_names(parent)
-        if form != "matrix" and placement.transform.scale_fault:
-            scale = f"{placement.name} fits {a} at a scale of {placement.transform.b_to_a.scale:.3g}"
-            raise InputError(f"{scale}, so a resolution is wrong: correct it and merge again, or --as matrix keeps it")
-        text = placement.transform.format(form, parent=a, child=b)
-        if placement.largest_move:
-            console.note(
-                f"rectmerge: {placement.name} was bent by up to {placement.largest_move:.0f} cells, which one "
-                "transform cannot carry; unbend.json has its bend"
-            )
-        heads = {"matrix": f"# {b} in {a}\n", "pose": f"{b} "}
-        console.tell(heads.get(form, "") + text)
-        misfit = 0.0 if form == "matrix" else placement.transform.misfit
-        if misfit >= MIN_MISFIT:
-            scale = f"{placement.name} fits at a scale of {placement.transform.b_to_a.scale:.5f}, which TF cannot carry"
-            error = f"without it its free space is off by {misfit:.3f} {placement.transform.unit} RMS"
-            console.note(f"rectmerge: {scale}; {error}")
+    placements = file.placements if options.name is None else (file.placement(options.name),)
+    if options.carried is not None:
+        (placement,) = placements
+        _carry(options.carried, options, file.path, file.bend(placement.name) or placement.transform.b_to_a)
+        return
+    if parent is not None and len({placement.reference for placement in placements}) > 1:
+        raise InputError(f"{folder}: has more than one component, so --parent cannot name all their frames")
+    _require_metres(placements, form)
+    for placement in placements:
+        if options.place is None:
+            _print_placed(placement, placement.transform, options)
+        else:
+            there = placement.transform.at(options.place, file.bend(placement.name))
+            _print_placed(replace(placement, largest_move=0.0), there, options)
 
 
-def _require_metres(file: FleetFile, form: Form) -> None:
+def _print_placed(placement: SavedPlacement, transform: Transform, options: _Options) -> None:
+    """Print the transform of one map of many."""
+    form, (a, b) = options.form, placement.frame_names(options.parent)
+    if form != "matrix" and transform.scale_fault:
+        scale = f"{placement.name} fits {a} at a scale of {transform.b_to_a.scale:.3g}"
+        raise InputError(f"{scale}, so a resolution is wrong: correct it and merge again, or --as matrix keeps it")
+    if placement.largest_move:
+        _note([_bent_by(placement.name, f"{placement.largest_move:.0f} cells") + f" with --map {placement.name}"])
+    heads = {"matrix": f"# {b} in {a}\n", "pose": f"{b} "}
+    console.tell(heads.get(form, "") + transform.format(form, parent=a, child=b))
+    misfit = 0.0 if form == "matrix" else transform.misfit
+    if misfit >= MIN_MISFIT:
+        scale = f"{placement.name} fits at a scale of {transform.b_to_a.scale:.5f}, which TF cannot carry"
+        _note([f"{scale}; without it its free space is off by {misfit:.3f} {transform.unit} RMS"])
+
+
+def _require_metres(placements: Iterable[SavedPlacement], form: Form) -> None:
     """Refuse TF for maps in cells, and note them for other forms."""
-    cells = [one.name for one in file.placements if one.transform.unit != "m" or one.transform.shared.unit != "m"]
+    cells = [one.name for one in placements if one.transform.unit != "m" or one.transform.shared.unit != "m"]
     if not cells:
         return
     fault = (
@@ -234,15 +246,15 @@ def _notes(placement: Transform, *, has_scale: bool) -> Iterator[str]:
         )
 
 
-def _refuse(output: Path | None, points: Path, file: AlignmentFile) -> None:
+def _refuse(output: Path | None, points: Path, record: Path) -> None:
     """Refuse to write over the inputs of the command or the results of the merge."""
     from rectmerge.io.atomic_file import require_other, resolve_links
     from rectmerge.results.folder import ResultFolder
 
     if output is None:
         return
-    require_other(output, [points, file.path])
-    if any(ResultFolder(folder).owns(output) for folder in (file.folder, resolve_links(file.path).parent)):
+    require_other(output, [points, record])
+    if any(ResultFolder(folder).owns(output) for folder in (record.parent, resolve_links(record).parent)):
         raise InputError(f"{output}: is for a result of the merge; name another file with -o")
 
 

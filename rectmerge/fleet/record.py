@@ -14,12 +14,15 @@ import yaml
 from rectmerge.analysis.overlap import cells_of
 from rectmerge.analysis.shared_area import SAMPLED_CELLS, SharedArea
 from rectmerge.elastic.bend import Bend
+from rectmerge.elastic.transform import BentTransform
 from rectmerge.errors import InputError
 from rectmerge.fleet.graph import AlignmentGraph
 from rectmerge.grid import OccupancyGrid
 from rectmerge.io.atomic_file import resolve_links
-from rectmerge.results.alignment_json import FLEET_NAME
+from rectmerge.results.alignment_json import FLEET_NAME, explain_errors
+from rectmerge.results.folder import BEND_NAME
 from rectmerge.results.inputs import saved_input
+from rectmerge.results.saved_bend import bend_of
 from rectmerge.similarity import Similarity
 from rectmerge.transfer.transform import Transform
 
@@ -131,6 +134,36 @@ class FleetFile:
             except OSError:  # a name too long
                 continue
         return None
+
+    def placement(self, name: str) -> SavedPlacement:
+        """Return the placement of a map.
+
+        Raises
+        ------
+        InputError
+            If the map is a reference, was left out, or is none of the merge.
+        """
+        by_name = {placement.name: placement for placement in self.placements}
+        if name in by_name:
+            return by_name[name]
+        why = self.left_out.get(name, "it is the reference" if name in self.record["inputs"] else "")
+        fault = f"{name} has no placement: {why}" if why else f"{name} is no map of this merge"
+        raise InputError(f"{self.path}: {fault}; placed are {', '.join(by_name)}")
+
+    def bend(self, name: str) -> BentTransform | None:
+        """Read the bend of a placed map; None where it was not bent.
+
+        Raises
+        ------
+        InputError
+            If it was bent, but the file beside the record is missing, or not of this merge.
+        """
+        if not self.placement(name).largest_move:
+            return None
+        path = self.path.parent / BEND_NAME
+        with explain_errors(path):
+            content = json.loads(path.read_text(encoding="utf-8"))["maps"][name]
+            return bend_of(content, self.record["placements"][name]["to_reference"])
 
     @classmethod
     def read(cls, path: Path) -> FleetFile:

@@ -1,9 +1,10 @@
-"""File ``unbend.json``: the bend of an earlier merge, read to be used as a transform."""
+"""File ``unbend.json``: bends of an earlier merge, read to be used as transforms."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from typing import Any
 
 from rectmerge.elastic.transform import BentTransform
 from rectmerge.results.alignment_json import AlignmentFile, explain_errors
@@ -22,8 +23,25 @@ def read_bend(file: AlignmentFile) -> BentTransform | None:
     if not (isinstance(unbent, Mapping) and unbent.get("accepted") is True):
         return None
     with explain_errors(file.folder / BEND_NAME):
-        bend = BentTransform.from_dict(json.loads((file.folder / BEND_NAME).read_text(encoding="utf-8")))
-        placed = file.record["b_to_a"]
-        if (bend.b_to_a.scale, bend.b_to_a.angle) != (placed["scale"], placed["angle_rad"]):
-            raise ValueError("it is of another merge")
-        return bend
+        return bend_of(json.loads((file.folder / BEND_NAME).read_text(encoding="utf-8")), file.record["b_to_a"])
+
+
+def bend_of(content: Mapping[str, Any], placed: Mapping[str, float]) -> BentTransform:
+    """Take a bend from the content of ``unbend.json``.
+
+    Parameters
+    ----------
+    content
+        The bend.
+    placed
+        The similarity that the merge recorded, which the bend's own must be.
+
+    Raises
+    ------
+    ValueError
+        If the bend is of another merge; other errors of unusable content as `explain_errors` takes them.
+    """
+    bend = BentTransform.from_dict(content)
+    if (bend.b_to_a.scale, bend.b_to_a.angle) != (placed["scale"], placed["angle_rad"]):
+        raise ValueError("it is of another merge")
+    return bend

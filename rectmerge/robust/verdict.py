@@ -135,9 +135,7 @@ def probability(
     return min(alone, 0.5) if mirror_log_odds > log_odds else alone
 
 
-def calibrated_log_odds(
-    log_odds: float, rest_log_odds: float, mirror_log_odds: float, params: VerdictParams
-) -> float:
+def calibrated_log_odds(log_odds: float, rest_log_odds: float, mirror_log_odds: float, params: VerdictParams) -> float:
     """Return the log-odds that a placement is right against none, from its own and its lead; see `probability`."""
     lead = log_odds - float(np.logaddexp.reduce([rest_log_odds, mirror_log_odds, params.chance_log_odds]))
     constant, of_own, of_lead = params.weights

@@ -73,7 +73,8 @@ def report(
 def leaderboard(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for all of it.")],
     maps: Annotated[
-        Path | None, typer.Option(metavar="MAPS", help="The folder of the data sets real_maps, real_lasers, real_places.")
+        Path | None,
+        typer.Option(metavar="MAPS", help="The folder of the data sets real_maps, real_lasers, real_places."),
     ] = None,
     suite: Annotated[
         list[str] | None, typer.Option("--suite", help="A simulated suite, in place of all; may be repeated.")

@@ -122,8 +122,9 @@ lower is better. *e*: median error of the best candidate, a pair without one cou
 `-tuned` are the same methods with the parameters that `rectbench tune` found: twelve configurations of each, its
 authors' own the first, on every fourth pair of the split train of `standard`; taken is the one of least area under the
 risk-coverage curve, and another threshold only where it is surely better. Both lines stand, whatever came out here.
-The others have their authors' parameters as far as we know them, and defaults of our own elsewhere. The baselines are written from their articles, some from the outline alone: the docstring of each
-names its source, our own choices, and the extension for an unknown scale.
+The others have their authors' parameters as far as we know them, and defaults of our own elsewhere. The baselines are
+written from their articles, some from the outline alone: the docstring of each names its source, our own choices, and
+the extension for an unknown scale.
 `rectbench report` shows the same runs with charts and every pair.
 """
 SUBMISSIONS_EXPLAINED = """*Reported*: labels with a name in brackets are submissions; a dash stands for what they lack.

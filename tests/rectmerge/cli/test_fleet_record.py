@@ -87,6 +87,31 @@ def test_transform_names_what_is_wrong_with_a_file(merged_many, tmp_path, capsys
     assert message in capsys.readouterr().err
 
 
+def test_transform_of_one_map_carries_its_points_to_the_reference(merged_many, tmp_path, capsys):
+    (tmp_path / "dock.csv").write_text("x,y\n0,0\n")
+
+    assert rectmerge("transform", merged_many, "--map", "building_c", "--points", tmp_path / "dock.csv") == console.YES
+
+    x, y = map(float, capsys.readouterr().out.splitlines()[1].split(","))
+    place = json.loads((merged_many / "fleet.json").read_text())["placements"]["building_c"]["to_reference"]
+    assert [x, y] == pytest.approx(place["translation"], abs=1e-6)
+    assert rectmerge("transform", merged_many, "--map", "building_c", "--as", "pose") == console.YES
+    assert len(capsys.readouterr().out.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--at=0,0",), "holds more than two maps; --map says whose points they are"),
+        (("--map", "building_d"), "building_d is no map of this merge; placed are building_b, building_c"),
+        (("--map", "building_a"), "building_a has no placement: it is the reference"),
+    ],
+)
+def test_transform_says_which_maps_can_be_named(merged_many, capsys, options, message):
+    assert rectmerge("transform", merged_many, *options) == console.BAD_INPUT
+    assert message in capsys.readouterr().err
+
+
 def test_commands_for_two_maps_say_so_where_there_are_more(merged_many, tmp_path, capsys):
     assert rectmerge("transform", merged_many, "--candidate", "1") == console.BAD_INPUT
     assert "holds more than two maps" in capsys.readouterr().err

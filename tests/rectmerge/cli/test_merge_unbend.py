@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rectmerge import methods
+from rectmerge.cli import console
 from rectmerge.drawing import many_maps
 from rectmerge.elastic.transform import BentTransform
 from rectmerge.grid import OccupancyGrid, map_frame_to_pixels
@@ -137,10 +138,22 @@ def test_of_many_maps_each_is_bent_onto_the_others(tmp_path, capsys, monkeypatch
     assert auto == {name: never[name] | ({"unbent": auto[name]["unbent"]} if name != "a" else {}) for name in never}
     walls = [int(read_map(tmp_path / name / "merged.yaml").occupied.sum()) for name in ("never", "auto")]
     assert walls[1] < 0.8 * walls[0]
-    transforms = json.loads((tmp_path / "auto" / "unbend.json").read_text())["maps"]
     cells, true = bent_case(2)[2:4]
-    moved = BentTransform.from_dict(transforms["b"]).apply(made.maps["b"].pixel_to_map(cells))
+    places = made.maps["b"].pixel_to_map(cells)
+    np.savetxt(tmp_path / "b.csv", places, delimiter=",", header="x,y", comments="")
+    carried = ("--map", "b", "--points", tmp_path / "b.csv", "-o", tmp_path / "on_a.csv")
+    assert rectmerge("transform", tmp_path / "auto", *carried) == 0
+    moved = np.loadtxt(tmp_path / "on_a.csv", delimiter=",", skiprows=1)[:, :2]
     off = made.maps["a"].map_to_pixel(moved) - true
     assert np.sqrt((off**2).sum(axis=1).mean()) < 2.5
     assert rectmerge("transform", tmp_path / "auto", "--as", "pose") == 0
     assert "b was bent by up to " in capsys.readouterr().err
+    x, y = places[0]
+    assert rectmerge("transform", tmp_path / "auto", "--as", "matrix", "--map", "b", f"--at={x},{y}") == 0
+    shown = capsys.readouterr()
+    there = np.array([line.split() for line in shown.out.splitlines()[1:]], float)
+    assert np.allclose(there @ [x, y, 1], [*moved[0], 1], atol=1e-6)
+    assert "bent" not in shown.err
+    (tmp_path / "auto" / "unbend.json").write_text("{}")
+    assert rectmerge("transform", tmp_path / "auto", *carried) == console.BAD_INPUT
+    assert "unbend.json: not an answer of rectmerge merge: there is no 'maps'" in capsys.readouterr().err

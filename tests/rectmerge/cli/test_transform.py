@@ -272,3 +272,8 @@ def test_a_no_is_told_with_its_reason_and_a_candidate_can_be_taken(tmp_path, mer
     assert shown.err == f"rectmerge: {tmp_path}: rejected, no wall; --candidate K takes one of its {count}\n"
     assert not shown.out
     assert rectmerge(monkeypatch, "transform", tmp_path, "--candidate", "1") == 0
+
+
+def test_a_merge_of_two_maps_needs_no_name_of_a_map(merged, monkeypatch, capsys):
+    assert rectmerge(monkeypatch, "transform", merged, "--map", "b") == 2
+    assert "holds two maps; --map is for more" in capsys.readouterr().err

@@ -10,10 +10,14 @@ from pathlib import Path
 import pytest
 
 from rectmerge.errors import InputError
+from rectmerge.fleet.many import align_many
+from rectmerge.io.map_file import read_map
 from scenarios.bench.contenders import Contender
 from scenarios.bench.run import read_rows
 from scenarios.execution.executors import LocalPool, WorkerDiedError, cluster, completed, local_workers
 from tests.scenarios.known_answers import Fixed, Source, pair, run_pairs
+
+DATA = Path(__file__).parents[2] / "data"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -244,3 +248,18 @@ def test_a_failed_future_says_who_died():
             future.result()
     finally:
         pool.shutdown()
+
+
+@pytest.mark.slow
+def test_many_maps_are_aligned_by_a_cluster_as_in_this_process(dask_cluster):
+    maps = {name: read_map(DATA / f"{name}.yaml") for name in ("building_a", "building_b", "building_c")}
+
+    with cluster(dask_cluster.scheduler_address) as (executor, _):
+        graph = align_many(maps, executor=executor)
+
+    here = align_many(maps)
+    assert graph
+    assert graph.components == here.components
+    assert {name: place.pixels for name, place in graph.placements.items()} == {
+        name: place.pixels for name, place in here.placements.items()
+    }
