@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ BENCH = "tests/bench/bench_growth.py"
 MEASURE = f'pytest {BENCH} -o python_files="bench_*.py" --benchmark-only --benchmark-json=growth.json'
 REMEDY = f"make one with: {MEASURE}"
 Times = Mapping[str, Mapping[int, float]]  # seconds by name and by the side of the maps, cells
+ACCEPTED = "accepted"
 
 
 def write_growth(measured: Path, out: Path, *, force: bool = False) -> None:
@@ -33,7 +34,7 @@ def write_growth(measured: Path, out: Path, *, force: bool = False) -> None:
     """
     try:
         record = json.loads(measured.read_text(encoding="utf-8"))
-        times = _times(record)
+        times, refused, peaks = _times(record), _refused(record), _peaks(record)
         machine = f"{record['machine_info']['cpu']['brand_raw']}, Python {record['machine_info']['python_version']}"
     except OSError as error:
         raise InputError(f"{measured}: cannot be read: {error.strerror}; {REMEDY}") from error
@@ -44,16 +45,34 @@ def write_growth(measured: Path, out: Path, *, force: bool = False) -> None:
     folder = clear_folder(out, [PAGE, PLOT], force=force)
     replace_file(folder / PLOT, plot(times).encode())
     commit = str((record.get("commit_info") or {}).get("id") or "unknown")[:12]
-    replace_file(folder / PAGE, page(times, f"{machine}; commit {commit}").encode())
+    replace_file(folder / PAGE, page(times, refused, peaks, f"{machine}; commit {commit}").encode())
 
 
-def page(times: Times, machine: str) -> str:
-    """Return the page: the times, and the power of the number of cells by which each grows."""
+def page(times: Times, refused: Collection[tuple[str, int]], peaks: Mapping[int, float], machine: str) -> str:
+    """Return the page: the times, and the power of the number of cells by which each grows.
+
+    Parameters
+    ----------
+    times
+        Of each method, stage and command.
+    refused
+        Names and sides of those that were not accepted.
+    peaks
+        Peak memory of the command by the side of the maps, MB.
+    machine
+        The machine and the commit.
+    """
     sides = sorted({side for by_side in times.values() for side in by_side})
     rows = []
     for name, by_side in times.items():
-        cells = [f"{by_side[side]:.3f}" if side in by_side else "-" for side in sides]
+        cells = [
+            f"{by_side[side]:.3f}{' no' if (name, side) in refused else ''}" if side in by_side else "-"
+            for side in sides
+        ]
         rows.append((name, *cells, _power(by_side)))
+    if peaks:
+        memory = (f"{peaks[side]:.0f} MB" if side in peaks else "-" for side in sides)
+        rows.append(("peak memory of the command", *memory, _power(peaks)))
     return f"""# How cost grows with the size of the maps
 
 {INTRODUCTION}
@@ -101,6 +120,16 @@ def _times(record: Mapping[str, Any]) -> dict[str, dict[int, float]]:
     return times
 
 
+def _refused(record: Mapping[str, Any]) -> set[tuple[str, int]]:
+    extras = [bench["extra_info"] for bench in record["benchmarks"]]
+    return {(str(one["what"]), int(one["side"])) for one in extras if one.get("verdict", ACCEPTED) != ACCEPTED}
+
+
+def _peaks(record: Mapping[str, Any]) -> dict[int, float]:
+    extras = [bench["extra_info"] for bench in record["benchmarks"]]
+    return {int(one["side"]): float(one["peak_mb"]) for one in extras if "side" in one and "peak_mb" in one}
+
+
 def _power(by_side: Mapping[int, float]) -> str:
     """Return the slope of log time against log cells; 1 is linear in the number of cells."""
     if len(by_side) < 2:
@@ -111,6 +140,7 @@ def _power(by_side: Mapping[int, float]) -> str:
 
 
 INTRODUCTION = """Least wall time of three answers in seconds, warm, one thread, all in one run: one pair of drawn plans
-with noise on its cells, drawn in more and more cells. *Power*: of the number of cells by which the time grows, by
-least squares; 1 is linear. Methods that shrink large maps first, as most do here, grow by less.
+with noise on its cells, drawn in more and more cells, the noise as well. *no*: not accepted. *Power*: of the number of
+cells by which the time grows, by least squares; 1 is linear. Methods that shrink large maps first, as most do here,
+grow by less.
 """

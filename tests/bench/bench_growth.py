@@ -23,6 +23,7 @@ from rectmerge.rectangles import maximal_rectangles
 from rectmerge.robust.features import extract_features
 from rectmerge.robust.params import Params
 from tests.bench.bench_paper import noisy_pair
+from tests.bench.bench_process import PEAK, run
 
 PARAMS = Params()
 SIDES = (400, 1000, 2000, 4000)
@@ -65,6 +66,7 @@ def test_method(benchmark, name, side):
 
     alignment = benchmark.pedantic(align, (a, b), {"method": method}, rounds=ROUNDS, warmup_rounds=1)
 
+    benchmark.extra_info |= {"verdict": alignment.verdict}
     assert alignment.method == name
 
 
@@ -86,4 +88,7 @@ def test_command(benchmark, tmp_path, side):
 
     status = benchmark.pedantic(console.run, (cli.app, "rectmerge", words), rounds=ROUNDS, warmup_rounds=1)
 
-    assert status in (console.YES, console.NO, console.AMBIGUOUS)
+    peak = tmp_path / "peak"
+    run(["-c", PEAK, *words], statuses=[status], PEAK_FILE=str(peak))
+    verdicts = {console.YES: "accepted", console.NO: "rejected", console.AMBIGUOUS: "ambiguous"}
+    benchmark.extra_info |= {"verdict": verdicts[status], "peak_mb": float(peak.read_text())}

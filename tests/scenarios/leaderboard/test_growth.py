@@ -11,7 +11,8 @@ def measured(path, benches):
         "machine_info": {"cpu": {"brand_raw": "a processor"}, "python_version": "3.11"},
         "commit_info": {"id": "0123456789abcdef"},
         "benchmarks": [
-            {"extra_info": {"what": what, "side": side}, "stats": {"min": seconds}} for what, side, seconds in benches
+            {"extra_info": {"what": what, "side": side, **dict(more)}, "stats": {"min": seconds}}
+            for what, side, seconds, *more in benches
         ],
     }
     path.write_text(json.dumps(record))
@@ -20,12 +21,19 @@ def measured(path, benches):
 
 @pytest.mark.slow
 def test_the_page_tells_times_and_the_power_of_the_cells(tmp_path):
-    benches = [("linear", 400, 0.01), ("linear", 800, 0.04), ("flat", 400, 0.2), ("flat", 800, 0.2), ("one", 400, 1.0)]
+    benches = [
+        ("linear", 400, 0.01, ("verdict", "accepted")),
+        ("linear", 800, 0.04, ("verdict", "ambiguous"), ("peak_mb", 123.4)),
+        ("flat", 400, 0.2),
+        ("flat", 800, 0.2),
+        ("one", 400, 1.0),
+    ]
 
     write_growth(measured(tmp_path / "b.json", benches), tmp_path / "out")
 
     text = (tmp_path / "out/README.md").read_text()
-    assert "| linear | 0.010 | 0.040 | 1.00 |" in text
+    assert "| linear | 0.010 | 0.040 no | 1.00 |" in text
+    assert "| peak memory of the command | - | 123 MB | - |" in text
     assert "| flat | 0.200 | 0.200 | 0.00 |" in text.replace("-0.00", "0.00")
     assert "| one | 1.000 | - | - |" in text
     assert "a processor, Python 3.11; commit 0123456789ab." in text
