@@ -184,13 +184,13 @@ def _print_fleet(file: FleetFile, options: _Options) -> None:
         console.say(f"rectmerge: {folder}: no maps belong together")
         raise typer.Exit(console.NO)
     placements = file.placements if options.name is None else (file.placement(options.name),)
+    _require_metres(placements, is_tf=options.carried is None and form in ("ros1", "ros2"))
     if options.carried is not None:
         (placement,) = placements
         _carry(options.carried, options, file.path, file.bend(placement.name) or placement.transform.b_to_a)
         return
     if parent is not None and len({placement.reference for placement in placements}) > 1:
         raise InputError(f"{folder}: has more than one component, so --parent cannot name all their frames")
-    _require_metres(placements, form)
     for placement in placements:
         if options.place is None:
             _print_placed(placement, placement.transform, options)
@@ -215,15 +215,15 @@ def _print_placed(placement: SavedPlacement, transform: Transform, options: _Opt
         _note([f"{scale}; without it its free space is off by {misfit:.3f} {transform.unit} RMS"])
 
 
-def _require_metres(placements: Iterable[SavedPlacement], form: Form) -> None:
-    """Refuse TF for maps in cells, and note them for other forms."""
+def _require_metres(placements: Iterable[SavedPlacement], *, is_tf: bool) -> None:
+    """Refuse TF for maps in cells, and note them for all else."""
     cells = [one.name for one in placements if one.transform.unit != "m" or one.transform.shared.unit != "m"]
     if not cells:
         return
     fault = (
         f"the placement of {', '.join(cells)} is in cells; give every map a YAML with its resolution and merge again"
     )
-    if form in ("ros1", "ros2"):
+    if is_tf:
         raise InputError(f"TF is in metres, but {fault}")
     console.note(f"rectmerge: {fault}")
 

@@ -124,7 +124,9 @@ authors' own the first, on every fourth pair of the split train of `standard`; t
 risk-coverage curve, and another threshold only where it is surely better. Both lines stand, whatever came out here.
 The others have their authors' parameters as far as we know them, and defaults of our own elsewhere. The baselines are
 written from their articles, some from the outline alone: the docstring of each names its source, our own choices, and
-the extension for an unknown scale.
+the extension for an unknown scale. The weights of `robust` are fitted to the split train of `standard` and `trust`,
+and to the maps of the real sets: its lines on `real_maps`, `real_lasers` and `real_places` are of pairs that the fit
+has seen; `rectbench calibrate` tells what it does in folds of places that a fit has not seen.
 `rectbench report` shows the same runs with charts and every pair.
 """
 SUBMISSIONS_EXPLAINED = """*Reported*: labels with a name in brackets are submissions; a dash stands for what they lack.

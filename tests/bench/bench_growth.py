@@ -91,4 +91,5 @@ def test_command(benchmark, tmp_path, side):
     peak = tmp_path / "peak"
     run(["-c", PEAK, *words], statuses=[status], PEAK_FILE=str(peak))
     verdicts = {console.YES: "accepted", console.NO: "rejected", console.AMBIGUOUS: "ambiguous"}
+    assert status in verdicts
     benchmark.extra_info |= {"verdict": verdicts[status], "peak_mb": float(peak.read_text())}

@@ -69,6 +69,9 @@ def test_transform_of_maps_in_cells_gives_no_line_for_tf(merged_many, tmp_path, 
     assert "TF is in metres, but the placement of building_c is in cells" in capsys.readouterr().err
     assert rectmerge("transform", tmp_path, "--as", "pose") == console.YES
     assert "the placement of building_c is in cells" in capsys.readouterr().err
+    (tmp_path / "dock.csv").write_text("x,y\n0,0\n")
+    assert rectmerge("transform", tmp_path, "--map", "building_c", "--points", tmp_path / "dock.csv") == console.YES
+    assert "the placement of building_c is in cells" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
