@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rectmerge._kernels.wall_cells import describe_walls
+from rectmerge._kernels.wall_cells import SPECK, describe_walls
+from rectmerge.analysis.fringe import without_fringe
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 
@@ -42,6 +43,15 @@ class MapCells:
         kinds, normals = describe_walls(values, occupied, max_speck_cells)
         rows, cols = np.divmod(occupied, values.shape[1])
         return cls(values, rows, cols, kinds, normals)
+
+    @classmethod
+    def from_grid(cls, grid: OccupancyGrid, *, max_speck_cells: int = 4) -> MapCells:
+        """Find the walls of a map; a fringe of unknown cells in front of them is taken as free."""
+        cells = cls.from_values(trinary(grid), max_speck_cells=max_speck_cells)
+        walls = np.zeros(grid.shape, np.bool_)
+        walls[cells.rows, cells.cols] = cells.kinds != SPECK
+        filled = without_fringe(cells.values, walls)
+        return cells if filled is cells.values else cls.from_values(filled, max_speck_cells=max_speck_cells)
 
     def mirrored(self) -> MapCells:
         """Return the cells of the mirror image, left and right exchanged."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.face_lookup import nearest_facing, smooth_normals
-from rectmerge.analysis.trinary_map import MapCells, trinary
+from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.elastic.params import FaceParams
 from rectmerge.grid import OccupancyGrid
 
@@ -45,7 +45,7 @@ class Faces:
     @classmethod
     def from_grid(cls, grid: OccupancyGrid, params: FaceParams) -> Faces:
         """Find the faces of a map and the nearest one of each direction at each place."""
-        cells = MapCells.from_values(trinary(grid))
+        cells = MapCells.from_grid(grid)
         is_face = cells.normals.any(axis=1)
         points = np.column_stack([cells.cols[is_face], cells.rows[is_face]]).astype(np.int64)
         normals = cells.normals[is_face].astype(np.float64)

@@ -127,7 +127,7 @@ def certify(
     if not seconds > 0:
         raise InputError(f"seconds must be > 0, got {seconds}")
     speck = params.prepare.max_speck_cells
-    cells = [MapCells.from_values(trinary(grid), max_speck_cells=speck) for grid in (a, b)]
+    cells = [MapCells.from_grid(grid, max_speck_cells=speck) for grid in (a, b)]
     features = [extract_features(each, params.prepare) for each in cells]
     if features[0] is None or features[1] is None:
         raise InputError(f"map {'A' if features[0] is None else 'B'} has no wall beside free space")

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from rectmerge.analysis.quality import MapQuality, measure_quality
-from rectmerge.analysis.trinary_map import MapCells, trinary
+from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.derived import derive
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.detailed_map import DetailedMap
@@ -35,7 +35,7 @@ class PreparedMap:
         """Prepare a map, once within `derived_kept`; it has no features where no wall borders on free space."""
 
         def prepare() -> PreparedMap:
-            cells = MapCells.from_values(trinary(grid), max_speck_cells=params.prepare.max_speck_cells)
+            cells = MapCells.from_grid(grid, max_speck_cells=params.prepare.max_speck_cells)
             return cls._from_cells(grid, cells, measure_quality(grid), params)
 
         return derive(grid, (cls, params), prepare)
