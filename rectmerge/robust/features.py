@@ -136,7 +136,8 @@ def _shrunk(
     free |= (cv2.blur(free.astype(np.float32), (3, 3)) > params.free_neighbours_share) & ~occupied
     working = np.where(occupied, OCCUPIED, np.where(free, FREE, UNKNOWN)).astype(np.int8)
     working.flags.writeable = False  # as a map's own cells, for which the kernel is compiled
-    specks = light_specks(working, n_occupied, params.max_speck_weight, params.max_speck_cells)
+    heaviest = int(params.max_speck_weight * max(1.0, factor / params.speck_factor) ** 2)
+    specks = light_specks(working, n_occupied, heaviest, params.max_speck_cells)
     occupied, free = occupied & ~specks, free | specks
     beside_free = cv2.dilate(free.view(np.uint8), np.ones((3, 3), np.uint8)) > 0
     wall = (n_surface > 0) & beside_free & occupied

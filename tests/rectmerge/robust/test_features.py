@@ -1,6 +1,7 @@
 import dataclasses
 import math
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import example, given
@@ -126,6 +127,21 @@ def test_specks_are_removed_and_walls_are_not():
     u, v = np.rint(salted.walls).astype(int).T
     gaps = clean.distance[v, u]  # to the nearest clean wall
     assert (gaps > 1.5).mean() < 0.02
+
+
+def test_what_is_no_larger_than_a_working_cell_is_a_speck_however_many_cells_of_the_map_it_has():
+    building = drawing.building()
+    larger = np.kron(building.occupancy, np.ones((20, 20), np.int8))
+    free = cv2.erode((larger == FREE).view(np.uint8), np.ones((121, 121), np.uint8)) > 0
+    salted = larger.copy()
+    for row, col in np.argwhere(free)[::20011]:
+        salted[row : row + 7, col : col + 7] = OCCUPIED
+
+    clean, found = (extract_features(MapCells.from_values(each), PARAMS.prepare) for each in (larger, salted))
+
+    assert (salted != larger).any()
+    assert clean.factor > 7
+    np.testing.assert_array_equal(found.walls, clean.walls)
 
 
 def test_the_distance_counts_cells_to_the_next_wall():
