@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 import json
 from importlib.resources import files
 from typing import Any
@@ -22,5 +24,19 @@ def as_script(content: Any) -> str:
     >>> as_script({"reason": "<b>", "e": float("nan")})
     '{"reason":"\\\\u003cb\\\\u003e","e":null}'
     """
-    text = json.dumps(plain(content), separators=(",", ":"), allow_nan=False)
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+    return _json(content).replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def as_gzip(content: Any) -> str:
+    """Return plain data as the base64 of its compressed JSON, which a browser opens by ``DecompressionStream``.
+
+    Examples
+    --------
+    >>> gzip.decompress(base64.b64decode(as_gzip({"reason": "<b>"}))).decode()
+    '{"reason":"<b>"}'
+    """
+    return base64.b64encode(gzip.compress(_json(content).encode(), mtime=0)).decode()
+
+
+def _json(content: Any) -> str:
+    return json.dumps(plain(content), separators=(",", ":"), allow_nan=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,6 +16,7 @@ from scenarios.report.reading import TrackResults
 from scenarios.report.standings import Standing, confident, rate_of, risks
 from scenarios.scoring.row import Row
 
+LONG = re.compile(r"(?<![\w.])(-?\d+\.\d\d)\d+")  # a number with more digits than a picture shows
 INK = "#010203"  # replaced by the page's text colour
 # Okabe and Ito, "Color Universal Design", without black and yellow; each line also has its own marker
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -207,4 +209,4 @@ def _svg(figure: Any, axes: Any) -> str:
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": axes.get_xlabel(), "font.family": "sans-serif"}):
         figure.savefig(written, format="svg", metadata={"Date": None, "Creator": None})
     text = written.getvalue()
-    return text[text.index("<svg") :].replace(INK, "currentColor")
+    return LONG.sub(r"\1", text[text.index("<svg") :]).replace(INK, "currentColor")

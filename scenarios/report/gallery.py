@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rectmerge.view.pictures import draw_pair
 from scenarios.report.reading import Runs, TrackResults
 from scenarios.scoring.row import Row
 
-SIDE = 256  # pixels of the pictures, at the most
+SIDE = 160  # pixels of the pictures, at the most: a report of thousands of pairs stays under 10 MB
 WORST = ("wrong-accepted", "error", "timeout", "out-of-memory", "rejected", "ambiguous-without-truth")
 
 
@@ -51,10 +52,10 @@ def _answer(track_results: TrackResults, row: Row) -> dict[str, Any]:
         "suite": track_results.name,
         "method": row["method"],
         "outcome": row["outcome"],
-        "matrix": _rounded(np.ravel(row["candidates"][0])) if row["candidates"] else None,
-        "confidence": row["confidence"],
-        "e": errors and errors["e_px"],
-        "eL": errors and errors["e_over_l"],
+        "matrix": _matrix(row["candidates"][0]) if row["candidates"] else None,
+        "confidence": _rounded(row["confidence"], 4),
+        "e": errors and _rounded(errors["e_px"], 3),
+        "eL": errors and _rounded(errors["e_over_l"], 5),
         "reason": row["reason"] or "",
     }
 
@@ -65,10 +66,16 @@ def _pair(runs: Runs, row: Row) -> dict[str, Any]:
     attributes: Mapping[str, Any] = {"overlap": row["overlap"], **{key: info.get(key) for key in ("family", "noise")}}
     return {
         **draw_pair(pair.a, pair.b, SIDE),
-        "truth": None if pair.pixels is None else _rounded(pair.pixels.matrix.ravel()),
+        "truth": None if pair.pixels is None else _matrix(pair.pixels.matrix),
         "about": {key: value for key, value in attributes.items() if value is not None},
     }
 
 
-def _rounded(values: Iterable[float]) -> list[float]:
-    return [float(f"{value:.7g}") for value in values]
+def _matrix(matrix: ArrayLike) -> list[float]:
+    """Return a matrix between pixels row by row, exact to a hundredth of a pixel."""
+    (a, b, tx), (c, d, ty) = np.asarray(matrix, np.float64).tolist()
+    return [round(a, 6), round(b, 6), round(tx, 2), round(c, 6), round(d, 6), round(ty, 2)]
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return None if value is None else round(value, digits)

@@ -40,7 +40,15 @@ function draw(canvas, pair, pictures, answer, at) {
   paint(canvas, screen, layers);
 }
 
-const data = JSON.parse(document.getElementById("gallery-data").textContent);
+// The gallery's data: JSON, compressed by gzip and written in base64.
+async function unpacked(id) {
+  const text = document.getElementById(id).textContent;
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).json();
+}
+
+let data = { pairs: {}, answers: [] };
 const loaded = new Map();
 
 function pictures(id) {
@@ -85,7 +93,7 @@ function fill(select, values) {
   for (const value of [...new Set(values)].sort()) select.append(new Option(value, value));
 }
 
-if (data.answers.length) {
+function showGallery() {
   const filters = ["suite", "method", "outcome"].map((key) => ({ key, select: document.getElementById(`filter-${key}`) }));
   const cards = document.getElementById("cards");
   const more = document.getElementById("more");
@@ -107,3 +115,8 @@ if (data.answers.length) {
   more.addEventListener("click", add);
   choose();
 }
+
+unpacked("gallery-data").then((content) => {
+  data = content;
+  if (data.answers.length) showGallery();
+});

@@ -9,7 +9,7 @@ from typing import Any
 from rectmerge.errors import InputError
 from rectmerge.extras import require_extras
 from rectmerge.io.atomic_file import replace_file
-from rectmerge.view.embedding import as_script, package_text
+from rectmerge.view.embedding import as_gzip, package_text
 from scenarios.report import charts, difficulty, merged_quality
 from scenarios.report.bends import bend_cells
 from scenarios.report.gallery import gallery
@@ -68,7 +68,7 @@ def html(runs: Runs) -> str:
         tracks=[_section(track_results, runs) for track_results in runs.tracks],
         provenance=runs.provenance,
         answers=len(pair_gallery["answers"]),
-        gallery=as_script(pair_gallery),
+        gallery=as_gzip(pair_gallery),
     )
 
 

@@ -1,3 +1,5 @@
+import base64
+import gzip
 import json
 import re
 import shutil
@@ -13,7 +15,8 @@ from tests.scenarios.report.conftest import METHODS
 
 
 def held_by(page):
-    return json.loads(re.search(r'id="gallery-data">(.*?)</script>', page, re.DOTALL).group(1))
+    packed = re.search(r'id="gallery-data">(.*?)</script>', page, re.DOTALL).group(1)
+    return json.loads(gzip.decompress(base64.b64decode(packed)))
 
 
 def test_the_page_holds_everything_and_asks_for_nothing(report_run, tmp_path):
