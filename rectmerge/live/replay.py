@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import heapq
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from rectmerge.errors import InputError
+from rectmerge.errors import InputError, RectMergeError
+from rectmerge.grid import OccupancyGrid
 from rectmerge.io.bag_file import bag_maps
 from rectmerge.live.merger import LiveMerger
 from rectmerge.live.publication import Publication
@@ -57,9 +58,21 @@ def replay(
     InputError
         If no topic is of the pattern, or the pattern holds no robot.
     """
+    maps = heapq.merge(*map(bag_maps, bags), key=lambda each: each[0])
+    return play(maps, merger, period_s=period_s, pattern=pattern)
+
+
+def play(
+    maps: Iterable[tuple[float, str, OccupancyGrid | RectMergeError]],
+    merger: LiveMerger,
+    *,
+    period_s: float = 1.0,
+    pattern: str = PATTERN,
+) -> Iterator[Step]:
+    """Play maps in the order of their time, each with its second and its topic, as `replay` does those of bags."""
     start, due, is_waiting = None, 0.0, False
     topics = set()
-    for time, topic, newest in heapq.merge(*map(bag_maps, bags), key=lambda each: each[0]):
+    for time, topic, newest in maps:
         topics.add(topic)
         robot = robot_of(topic, pattern)
         if robot is None:

@@ -162,16 +162,19 @@ def unbending(
 
 
 def live(
-    dataset: Annotated[
-        Path, typer.Argument(metavar="DATASET", help="A data set with bags: rectbench generate --format mcap.")
-    ],
+    dataset: Annotated[Path, typer.Argument(metavar="DATASET", help="A data set.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.md", help="Where the page goes.")],
 ) -> None:
-    """Replay the bags of a data set to the live merger, and write when each pair of robots merged, and if rightly."""
-    from scenarios.studies.live import LiveMission, bag_sources, write_live
+    """Replay pairs of robots to the live merger, and write when each pair merged, and if rightly.
+
+    Maps grow as they do in the bags of rectbench generate --format mcap; a pair without a bag is shown from a drawn
+    place outwards, along its free space.
+    """
+    from scenarios.dataset.reader import open_dataset
+    from scenarios.studies.live import LiveMission, write_live
 
     require_extras("rosbags")
-    with progress(len(bag_sources(dataset))) as advance:
+    with progress(len(open_dataset(dataset))) as advance:
 
         def on_done(mission: LiveMission) -> None:
             advance(1, mission.pair_id)

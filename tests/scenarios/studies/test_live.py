@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rectmerge.errors import InputError
 from rectmerge.similarity import Similarity
 from scenarios.dataset.generate import generate
+from scenarios.dataset.reader import open_dataset
 from scenarios.studies import live
 from scenarios.suites.suite import load_suite
 
@@ -27,19 +27,20 @@ def test_a_mission_is_merged_rightly_before_it_ends(dataset, tmp_path):
     assert mission.wrong == 0
     assert 0 < mission.merged_s < mission.duration_s
     assert 0 < mission.overlap <= 1
-    assert "1 of 1 missions were merged rightly; 0 published" in (tmp_path / "live.md").read_text()
+    page = (tmp_path / "live.md").read_text()
+    assert "Of 1 pairs of one place 1 were merged rightly, 0 were published in a wrong place on the way." in page
 
 
 def test_a_placement_beside_the_truth_counts_as_wrong(dataset, monkeypatch):
-    (source,) = live.bag_sources(dataset)
-    whole = live.replay
+    (source,) = open_dataset(dataset)
+    whole = live.play
 
     def shifted(*args, **words):
         for step in whole(*args, **words):
             moved = {robot: Similarity(tx=3.0) @ place for robot, place in step.published.placements.items()}
             yield replace(step, published=replace(step.published, placements=moved))
 
-    monkeypatch.setattr(live, "replay", shifted)
+    monkeypatch.setattr(live, "play", shifted)
     mission = live.replay_mission(source)
 
     assert mission.wrong > 0
@@ -47,15 +48,29 @@ def test_a_placement_beside_the_truth_counts_as_wrong(dataset, monkeypatch):
 
 
 def test_overlap_is_that_of_the_maps_at_the_time(dataset):
-    (source,) = live.bag_sources(dataset)
+    (source,) = open_dataset(dataset)
     (pair,) = source.pairs()
 
     assert live.replay_mission(source).final_overlap == pytest.approx(pair.overlap, abs=0.02)
     assert np.isfinite(pair.overlap)
 
 
-def test_a_data_set_without_bags_is_refused_with_the_remedy(tmp_path):
+def test_a_pair_without_a_bag_grows_from_a_place_outwards(tmp_path):
     generate(load_suite("smoke"), tmp_path / "set", pairs=1)
+    (source,) = open_dataset(tmp_path / "set")
+    mission = live.replay_mission(source)
 
-    with pytest.raises(InputError, match="no pair has a bag; make the data set with rectbench generate --format mcap"):
-        live.bag_sources(tmp_path / "set")
+    assert mission.wrong == 0
+    assert mission.duration_s == pytest.approx(live.PERIOD_S * (live.VERSIONS - 1), abs=1)
+    assert 0 < mission.merged_s <= mission.duration_s
+
+
+def test_whatever_is_published_of_two_places_is_wrong(dataset, tmp_path, monkeypatch):
+    (source,) = open_dataset(dataset)
+    (pair,) = source.pairs()
+    unrelated = replace(pair, related=False, pixels=None, control_points=None, residual_px=None, overlap=None)
+    monkeypatch.setattr(type(source), "pairs", lambda self: iter([unrelated]))
+    live.write_live(dataset, tmp_path / "live.md")
+
+    assert live.replay_mission(source).wrong > 0
+    assert "Of 1 pairs of two places 1 were published." in (tmp_path / "live.md").read_text()
