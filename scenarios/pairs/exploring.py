@@ -55,5 +55,5 @@ def steps_from(free: NDArray[np.bool_], seed: int) -> NDArray[np.int32]:
         reached = (front > 0) & (steps < 0)
         steps[reached] = step
         step, is_growing = step + 1, bool(reached.any())
-        front = np.asarray(cv2.dilate(front, NEIGHBOURS) & free, dtype=np.uint8)
+        front = np.where(free, cv2.dilate(front, NEIGHBOURS), 0).astype(np.uint8)
     return steps
