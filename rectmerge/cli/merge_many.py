@@ -112,6 +112,7 @@ def merge_many(
     """Place more than two maps together, write a merged map of each component, and exit with the status."""
     from rectmerge.cli.map_options import input_files, read_maps
     from rectmerge.fleet.asking import PairAsker
+    from rectmerge.fleet.journal import Journal
     from rectmerge.fleet.many import build_graph
     from rectmerge.fleet.outcome import answer_of, describe, graph_picture
     from rectmerge.fleet.record import to_json_dict, transforms_yaml
@@ -133,9 +134,14 @@ def merge_many(
     settings |= {"checked": is_checked}
     before = None if earlier is None else _earlier(earlier, settings)
     ask = PairAsker(method, scale, seed, is_checked=is_checked)
+    journal = Journal(output, settings)
+    if journal.answers:
+        console.note(f"rectmerge: goes on with an interrupted merge; answered pairs: {len(journal.answers)}")
     compile_before_first_merge()
     with options.executor() as executor:
-        graph = build_graph(ordered, ask, earlier=before, executor=executor, progress=_progress(len(maps)))
+        graph = build_graph(
+            ordered, ask, earlier=before, executor=executor, progress=_progress(len(maps)), journal=journal
+        )
     files: dict[str, bytes] = {}
     pictures: dict[str, NDArray[np.uint8]] = {"graph.png": graph_picture(graph, ordered)}
     merged: list[str | None] = [None] * len(graph.components)
@@ -153,6 +159,7 @@ def merge_many(
     record = to_json_dict(graph, maps, entries, merged, bends, settings)
     files["fleet.json"] = (to_json(record) + "\n").encode()
     written = folder.replace(files)
+    journal.remove()
     console.tell(to_json(record) if json else describe(graph, written, merged=merged, bends=bends))
     raise typer.Exit(console.STATUS[answer_of(graph)])
 

@@ -66,6 +66,8 @@ class Questions:
         Asks pairs in parallel; None asks them one by one.
     progress
         Called after each pair.
+    keep
+        Takes each answer that was asked, with the indices of (A, B).
     """
 
     def __init__(
@@ -80,13 +82,14 @@ class Questions:
         known: Mapping[tuple[int, int], Alignment],
         executor: Executor | None,
         progress: Progress | None,
+        keep: Callable[[Pair, Alignment], None] = lambda pair, answer: None,
     ) -> None:
         self.answers: dict[tuple[int, int], Alignment] = {}  # by the indices of (A, B)
         self.asked = 0
         self._grids, self._names, self._order, self._evidence = grids, names, order, evidence
         self._ask, self._budget, self._known = ask, budget, known
         self._map = map if executor is None else executor.map
-        self._progress = progress
+        self._progress, self._keep = progress, keep
 
     @property
     def is_spent(self) -> bool:
@@ -96,18 +99,25 @@ class Questions:
     def ask(self, pairs: Sequence[Pair]) -> int:
         """Ask some pairs, those asked before left out; return how many answers are new."""
         new = [self._oriented(pair) for pair in dict.fromkeys(pairs) if not self._evidence.is_asked(pair)]
-        known = [pair for pair in new if pair in self._known]
         left = None if self._budget is None else self._budget - self.asked
-        unknown = [pair for pair in new if pair not in self._known][:left]
-        for pair in known:
-            self._add(pair, self._known[pair])
+        unknown = dict.fromkeys([pair for pair in new if pair not in self._known][:left])
         questions = [(self._grids[a], self._grids[b], f"{self._names[a]} and {self._names[b]}") for a, b in unknown]
-        for pair, answer in zip(unknown, self._map(self._ask, questions), strict=True):
-            self.asked += 1
-            self._add(pair, answer)
-            if self._progress is not None:
-                self._progress(self.asked)
-        return len(known) + len(unknown)
+        answers = iter(self._map(self._ask, questions))
+        count = 0
+        for pair in new:
+            if pair in self._known:
+                self._add(pair, self._known[pair])
+            elif pair in unknown:
+                answer = next(answers)
+                self.asked += 1
+                self._keep(pair, answer)
+                self._add(pair, answer)
+                if self._progress is not None:
+                    self._progress(self.asked)
+            else:
+                continue
+            count += 1
+        return count
 
     def _oriented(self, pair: Pair) -> tuple[int, int]:
         """Return (A, B) of a pair."""

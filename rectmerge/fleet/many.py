@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rectmerge import methods
 from rectmerge.aligning import Scale
-from rectmerge.alignment import Method
+from rectmerge.alignment import Alignment, Method
 from rectmerge.derived import derived_kept
 from rectmerge.errors import InputError
 from rectmerge.fleet.asking import PairAsker, Progress, Questions
@@ -21,6 +21,7 @@ from rectmerge.fleet.earlier import Earlier, describe_changes
 from rectmerge.fleet.evidence import Evidence, Pair
 from rectmerge.fleet.graph import AlignmentGraph
 from rectmerge.fleet.joining import Joining
+from rectmerge.fleet.journal import Journal
 from rectmerge.fleet.map_sample import MapSample
 from rectmerge.fleet.params import FleetParams
 from rectmerge.fleet.signature import partners, signature, similarities
@@ -80,8 +81,9 @@ def build_graph(
     earlier: AlignmentGraph | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    journal: Journal | None = None,
 ) -> AlignmentGraph:
-    """Build the graph of some maps as `align_many` does."""
+    """Build the graph of some maps as `align_many` does; answers of the journal are taken over, new ones written."""
     started = time.perf_counter()
     if budget is not None and budget < 1:
         raise InputError(f"budget must be at least one pair, got {budget}")
@@ -93,9 +95,16 @@ def build_graph(
     grids = [named[name] for name in names]
     evidence = Evidence([samples[name] for name in names], params.evidence, WallWitness(grids).log_odds)
     before = Earlier.of(earlier, names, samples)
+    digests = [samples[name].digest for name in names]
+    known = {**(journal.known(digests) if journal else {}), **before.answers}
+
+    def keep(pair: Pair, answer: Alignment) -> None:
+        if journal is not None:
+            journal.add((digests[pair[0]], digests[pair[1]]), answer)
+
     questions = Questions(
         grids, names, [order[name] for name in names], evidence, ask,
-        budget=budget, known=before.answers, executor=executor, progress=progress,
+        budget=budget, known=known, executor=executor, progress=progress, keep=keep,
     )  # fmt: skip
     with derived_kept():  # of each map, which is asked about many times
         joining, gain = _join(grids, evidence, questions, params, before)

@@ -57,14 +57,29 @@ def read_graph(file: FleetFile, settings: Mapping[str, Any]) -> AlignmentGraph:
 
 def _answer(entry: Mapping[str, Any]) -> PairAnswer:
     status, told = entry["status"], entry["alignment"]
-    if status not in get_args(Status) or told["verdict"] not in get_args(Verdict):
-        raise ValueError(f"no status {status!r} with verdict {told['verdict']!r}")
+    if status not in get_args(Status):
+        raise ValueError(f"no status {status!r}")
+    alignment = read_alignment(told)
+    return PairAnswer(status=status, reason=entry["reason"], alignment=alignment, candidate=entry["candidate"])
+
+
+def read_alignment(told: Mapping[str, Any]) -> Alignment:
+    """Read what `Alignment.as_dict` has written.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If it is something else.
+    """
+    if told["verdict"] not in get_args(Verdict):
+        raise ValueError(f"no verdict {told['verdict']!r}")
     scale = told["scale"]
-    alignment = Alignment(
+    return Alignment(
         verdict=told["verdict"],
         reason=told["reason"],
         method=told["method"],
         candidates=tuple(_candidate(one) for one in told["candidates"]),
+        unit=told["candidates"][0]["b_to_a"]["unit"] if told["candidates"] else "cells",
         confidence=told["confidence"],
         scale=ScaleReport(found=scale["found"], expected=scale["expected"], source=scale["from"]),
         method_verdict=told["method_verdict"],
@@ -72,7 +87,6 @@ def _answer(entry: Mapping[str, Any]) -> PairAnswer:
         quality=told["quality"],
         seconds=told["seconds"],
     )
-    return PairAnswer(status=status, reason=entry["reason"], alignment=alignment, candidate=entry["candidate"])
 
 
 def _candidate(entry: Mapping[str, Any]) -> Candidate:
