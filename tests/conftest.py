@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+import pytest
 from hypothesis import settings
 
 # The first example of a property may compile a kernel, and the machine may be busy: time says nothing here. Where CI is
@@ -29,3 +30,18 @@ def pytest_collection_modifyitems(items):
     """Let the processes of `make test` begin with the files that take longest: the last works alone."""
     if "PYTEST_XDIST_WORKER" in os.environ:
         items.sort(key=lambda item: item.path not in LONGEST)
+
+
+@pytest.fixture
+def dask_cluster():
+    """A cluster of two workers on this machine."""
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address=None,
+        scheduler_kwargs={"dashboard_address": ":0"},  # its HTTP server: tests in another process may have the port
+        silence_logs=50,
+    ) as opened:
+        yield opened

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
@@ -43,7 +43,11 @@ AllOrNothing = Annotated[
     bool, typer.Option("--all-or-nothing", metavar="", help="Of more than two maps, write a map only of all.")
 ]
 Workers = Annotated[
-    int, typer.Option(min=1, metavar="N", help="Processes that align pairs, of more than two maps; same answer.")
+    int | None, typer.Option(min=1, metavar="N", help="Processes that align pairs, of more than two maps; same answer.")
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Scheduler of a dask cluster that aligns them, such as tcp://host:8786."),
 ]
 
 
@@ -53,19 +57,36 @@ class FleetOptions:
 
     reference: Reference = None
     all_or_nothing: AllOrNothing = False
-    workers: Workers = 1
+    workers: Workers = None
+    cluster: Cluster = None
 
     def refuse(self) -> None:
         """Refuse these options for two maps."""
         if self.reference is not None or self.all_or_nothing:
             option = "--all-or-nothing" if self.reference is None else "--reference"
             raise InputError(f"{option} is for more than two maps; of two, A's frame is kept")
+        if self.cluster is not None:
+            raise InputError("--cluster is for more than two maps; two are aligned in this process")
 
-    def executor(self) -> AbstractContextManager[Executor | None]:
-        """Return the processes that align pairs; None where this one does."""
-        if self.workers == 1:
-            return nullcontext()
-        return ProcessPoolExecutor(self.workers, mp_context=get_context("spawn"))
+    @contextmanager
+    def executor(self) -> Iterator[Executor | None]:
+        """Open what aligns pairs: a cluster or worker processes; None where this process does."""
+        if self.workers and self.cluster is not None:
+            raise InputError("--workers and --cluster exclude each other")
+        try:
+            if self.cluster is not None:
+                from rectmerge.cli.cluster import cluster
+
+                with cluster(self.cluster) as (executor, _):
+                    yield executor
+            elif (self.workers or 1) > 1:
+                with ProcessPoolExecutor(self.workers, mp_context=get_context("spawn")) as pool:
+                    yield pool
+            else:
+                yield None
+        except (BrokenExecutor, CancelledError):
+            what = "a worker process died" if self.cluster is None else f"the cluster {self.cluster} went away"
+            raise InputError(f"{what}; the same command goes on where this one stopped") from None
 
     def ordered(self, maps: Mapping[str, OccupancyGrid], inputs: Sequence[Input]) -> dict[str, OccupancyGrid]:
         """Return the maps with the reference first."""

@@ -38,9 +38,7 @@ class PrepareParams(Group):
     free_neighbours_share: float = param(0.45, "share of 3 x 3 cells", HAND)  # free that fills a hole between rays
     max_speck_cells: int = param(4, "map cells", ablation("removal of specks"), least=0)  # of a lone obstacle
     max_speck_weight: int = param(4, "map cells", ablation("removal of specks"), least=0)  # of a lone working cell
-    speck_factor: float = param(
-        2.0, "map cells", "the cells of a lone working cell at which it is full", least=0.1
-    )  # along a working cell, beyond which that weight grows with its area
+    speck_factor: float = param(2.0, "map cells", HAND, least=0.1)  # along a working cell; beyond it that weight grows
     max_directions: int = param(4, "directions", HAND, most=90)  # in which walls pile up
     min_direction_share: float = param(0.1, "share of the first contrast", HAND)  # of a further direction
     strong_share: float = param(0.5, "share of the first contrast", HAND)  # of a second direction as good as the first

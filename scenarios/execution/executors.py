@@ -19,8 +19,8 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
+from rectmerge.cli.cluster import cluster
 from rectmerge.errors import InputError, RectMergeError
-from rectmerge.extras import require_extras
 from scenarios.execution.attempt import memory_mb
 from scenarios.execution.limits import DEATHS, describe_exit, die_with
 
@@ -32,7 +32,6 @@ TASKS_PER_WORKER = 2  # few, for all that a dying worker holds are suspects
 RECYCLE_AFTER = 64  # tasks per worker,
 GROWN_MB = 1000.0  # and this much memory: a worker that loads many worlds grows
 ENDED_WITHIN_S = 1.0  # a worker of a broken pool
-REACHED_WITHIN_S = 10.0  # a cluster, and its first worker
 
 
 class WorkerDiedError(RectMergeError):
@@ -115,40 +114,11 @@ def local_workers(count: int) -> Iterator[LocalPool | None]:
 
 
 @contextmanager
-def cluster(address: str) -> Iterator[tuple[Executor, int]]:
-    """Open a dask cluster by its scheduler's address; yield it with the number of tasks in flight that it takes.
-
-    Raises
-    ------
-    InputError
-        If `distributed` is not installed, nobody answers at the address, or the cluster has no worker.
-    """
-    require_extras("distributed")
-    import distributed
-
-    try:
-        client: Any = distributed.Client(address, timeout=REACHED_WITHIN_S, set_as_default=False)  # type: ignore[no-untyped-call]
-    except (OSError, ValueError):
-        raise InputError(f"--cluster {address}: no dask scheduler answers there") from None
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=REACHED_WITHIN_S)
-        except TimeoutError:
-            raise InputError(f"--cluster {address}: the cluster has no worker") from None
-        executor, done = client.get_executor(pure=False), False
-        try:
-            yield executor, TASKS_PER_WORKER * sum(client.nthreads().values())
-            done = True
-        finally:
-            executor.shutdown(wait=done)
-
-
-@contextmanager
 def workplace(workers: int, address: str | None) -> Iterator[tuple[Executor | None, int]]:
     """Open a cluster if there is an address, else local workers; yield it with the number of tasks in flight."""
     if address is not None:
-        with cluster(address) as opened:
-            yield opened
+        with cluster(address) as (executor, threads):
+            yield executor, TASKS_PER_WORKER * threads
     else:
         with local_workers(workers) as pool:
             yield pool, TASKS_PER_WORKER * workers

@@ -9,12 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from rectmerge.cli.cluster import cluster
 from rectmerge.errors import InputError
-from rectmerge.fleet.many import align_many
-from rectmerge.io.map_file import read_map
 from scenarios.bench.contenders import Contender
 from scenarios.bench.run import read_rows
-from scenarios.execution.executors import LocalPool, WorkerDiedError, cluster, completed, local_workers
+from scenarios.execution.executors import LocalPool, WorkerDiedError, completed, local_workers, workplace
 from tests.scenarios.known_answers import Fixed, Source, pair, run_pairs
 
 DATA = Path(__file__).parents[2] / "data"
@@ -191,7 +190,7 @@ def test_workers_stop_in_the_middle_of_their_work_where_the_body_fails(tmp_path)
 
 
 def test_a_cluster_that_is_not_there_is_one_line(monkeypatch):
-    monkeypatch.setattr("scenarios.execution.executors.REACHED_WITHIN_S", 0.3)
+    monkeypatch.setattr("rectmerge.cli.cluster.REACHED_WITHIN_S", 0.3)
     with socket.socket() as unused:
         unused.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{unused.getsockname()[1]}"
@@ -217,7 +216,7 @@ def test_a_cluster_whose_worker_is_killed_gives_the_rows_of_an_undisturbed_run(t
 
     killer = threading.Thread(target=kill_one)
     killer.start()
-    with cluster(dask_cluster.scheduler_address) as (executor, in_flight):
+    with workplace(1, dask_cluster.scheduler_address) as (executor, in_flight):
         run_pairs(sources, METHODS, tmp_path / "run", suite="made", executor=executor, in_flight=in_flight)
     killer.join()
 
@@ -230,7 +229,7 @@ def test_a_task_that_kills_the_workers_of_a_cluster_becomes_rows(tmp_path, dask_
     others = [Source(source_id=f"m{number}") for number in range(6)]
     deadly = Deadly(source_id="deadly", notes=tmp_path / "notes", deaths=99)
 
-    with cluster(dask_cluster.scheduler_address) as (executor, in_flight):
+    with workplace(1, dask_cluster.scheduler_address) as (executor, in_flight):
         run_pairs([deadly, *others], METHODS, tmp_path / "run", suite="made", executor=executor, in_flight=in_flight)
 
     by_pair = outcomes(tmp_path / "run")
@@ -248,18 +247,3 @@ def test_a_failed_future_says_who_died():
             future.result()
     finally:
         pool.shutdown()
-
-
-@pytest.mark.slow
-def test_many_maps_are_aligned_by_a_cluster_as_in_this_process(dask_cluster):
-    maps = {name: read_map(DATA / f"{name}.yaml") for name in ("building_a", "building_b", "building_c")}
-
-    with cluster(dask_cluster.scheduler_address) as (executor, _):
-        graph = align_many(maps, executor=executor)
-
-    here = align_many(maps)
-    assert graph
-    assert graph.components == here.components
-    assert {name: place.pixels for name, place in graph.placements.items()} == {
-        name: place.pixels for name, place in here.placements.items()
-    }
