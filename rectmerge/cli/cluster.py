@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from concurrent.futures import Executor
+from concurrent.futures import BrokenExecutor, Executor
 from contextlib import contextmanager
 from typing import Any
 
@@ -21,6 +21,8 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
     ------
     InputError
         If `distributed` is not installed, nobody answers at the address, or the cluster has no worker.
+    BrokenExecutor
+        If a task kept killing the workers, and nobody else has taken care of it.
     """
     require_extras("distributed")
     import distributed
@@ -38,5 +40,7 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
         try:
             yield executor, sum(client.nthreads().values())
             done = True
+        except distributed.KilledWorker as error:
+            raise BrokenExecutor(str(error)) from error
         finally:
             executor.shutdown(wait=done)

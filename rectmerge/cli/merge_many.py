@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 PROGRESS_SECONDS = 5.0
 PAIRS_PER_MAP = 5  # asked, about
+GOES_ON = "the same command goes on where this one stopped"
 
 MoreMaps = Annotated[list[Path] | None, typer.Argument(metavar="[C ...]", help="More maps, any number.")]
 Reference = Annotated[
@@ -84,9 +85,12 @@ class FleetOptions:
                     yield pool
             else:
                 yield None
+        except KeyboardInterrupt:
+            console.note(f"rectmerge: {GOES_ON}")
+            raise
         except (BrokenExecutor, CancelledError):
-            what = "a worker process died" if self.cluster is None else f"the cluster {self.cluster} went away"
-            raise InputError(f"{what}; the same command goes on where this one stopped") from None
+            what = "a worker process" if self.cluster is None else f"the cluster {self.cluster}, or a worker of it,"
+            raise InputError(f"{what} died; {GOES_ON}") from None
 
     def ordered(self, maps: Mapping[str, OccupancyGrid], inputs: Sequence[Input]) -> dict[str, OccupancyGrid]:
         """Return the maps with the reference first."""

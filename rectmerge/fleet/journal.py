@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ class Journal:
     folder
         Folder of the results; it is made with the first answer.
     settings
-        Settings of the method. Answers that were given with others are dropped.
+        Settings of the method. Answers that were given with others, or by another version, are dropped.
 
     Raises
     ------
@@ -38,7 +39,7 @@ class Journal:
 
     def __init__(self, folder: Path, settings: Mapping[str, Any]) -> None:
         self.path = folder / JOURNAL_NAME
-        self._settings = plain(settings)
+        self._settings = {"version": version("rectmerge"), **plain(settings)}
         self.answers: dict[tuple[str, str], Alignment] = self._read()
 
     def known(self, digests: Sequence[str]) -> dict[tuple[int, int], Alignment]:

@@ -66,7 +66,7 @@ def test_an_interrupted_merge_goes_on_where_it_was(merge, capsys):
     whole = result(merge(Judge, "whole"))
     folder = merge(Interrupted)
     assert {each.name for each in folder.iterdir()} == {JOURNAL_NAME}
-    capsys.readouterr()
+    assert "the same command goes on where this one stopped" in capsys.readouterr().err
     asked = []
     again = merge(lambda made: Judge(made, asked=asked))
 
