@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
 import math
 
 import numpy as np
@@ -10,16 +9,24 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.compiling import kernel
 
+DIAGONAL = math.sqrt(2.0)
+APART = -2  # in place of the cell before: in no bucket
+
 
 @kernel
 def cost_to_goal(price: NDArray[np.float64], goal_row: int, goal_col: int) -> NDArray[np.float64]:
     """Return the cost in cells from every cell to the goal (Dijkstra, eight neighbours); inf where price is inf."""
-    cost = np.full(price.shape, np.inf)
-    cost[goal_row, goal_col] = 0.0
-    heap = [(0.0, goal_row * price.shape[1] + goal_col)]
-    while len(heap) > 0:
-        _expand(price, cost, heap)
-    return cost
+    prices, cost = price.ravel(), np.full(price.size, np.inf)
+    first, after, before = _make_queue(prices)
+    level, waiting = 0, _enter(goal_row * price.shape[1] + goal_col, 0.0, cost, first, after, before)
+    while waiting > 0:
+        at = first[level & (len(first) - 1)]
+        if at < 0:
+            level += 1
+            continue
+        _leave(at, cost, first, after, before)
+        waiting += _expand(at, price.shape[1], prices, cost, first, after, before) - 1
+    return cost.reshape(price.shape)
 
 
 @kernel
@@ -29,39 +36,109 @@ def find_best_goal(
     """Search outwards from a cell (Dijkstra) for the least cost less pay, pay being > 0.
 
     `most` bounds the pay. Returns the costs, final up to that of the best cell, and that cell, row-major; -1 for none.
+    Of equal cells it takes the one with the lower cost, then the earlier one.
     """
-    cost = np.full(price.shape, np.inf)
-    cost[row, col] = 0.0
-    heap = [(0.0, row * price.shape[1] + col)]
-    best, best_at = np.inf, -1
-    while len(heap) > 0 and heap[0][0] - most < best:
-        so_far, at = heap[0]
-        gain = pay.flat[at]
-        if gain > 0 and so_far - gain < best:
-            best, best_at = so_far - gain, at
-        _expand(price, cost, heap)
-    return cost, best_at
+    prices, pays, cost = price.ravel(), pay.ravel(), np.full(price.size, np.inf)
+    first, after, before = _make_queue(prices)
+    level, waiting = 0, _enter(row * price.shape[1] + col, 0.0, cost, first, after, before)
+    best, best_cost, best_at = np.inf, np.inf, -1
+    while waiting > 0 and level - most < best:
+        at = first[level & (len(first) - 1)]
+        if at < 0:
+            level += 1
+            continue
+        _leave(at, cost, first, after, before)
+        so_far, gain = cost[at], pays[at]
+        if gain > 0 and (so_far - gain, so_far, at) < (best, best_cost, best_at):
+            best, best_cost, best_at = so_far - gain, so_far, at
+        waiting += _expand(at, price.shape[1], prices, cost, first, after, before) - 1
+    return cost.reshape(price.shape), best_at
 
 
 @kernel
-def _expand(price: NDArray[np.float64], cost: NDArray[np.float64], heap: list[tuple[float, int]]) -> None:
-    """Pop the cheapest cell and push the neighbours that it makes cheaper."""
-    height, width = price.shape
-    so_far, at = heapq.heappop(heap)
-    row, col = at // width, at % width
-    if so_far > cost[row, col]:
-        return
-    for dr in range(-1, 2):
-        for dc in range(-1, 2):
-            r, c = row + dr, col + dc
-            if (dr == 0 and dc == 0) or r < 0 or c < 0 or r >= height or c >= width:
-                continue
-            if dr != 0 and dc != 0 and not (np.isfinite(price[row, c]) and np.isfinite(price[r, col])):
+def _make_queue(price: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+    """Return an empty queue of cells: the first cell of each bucket, and of each cell the next and the one before.
+
+    Bucket k holds the costs from k to k + 1, modulo a power of two of buckets, which one step cannot span (R. B. Dial,
+    Communications of the ACM 1969, doi:10.1145/363269.363610). -1 stands for no cell, `APART` for one in no bucket.
+    """
+    largest = 0.0
+    for value in price:
+        if np.isfinite(value):
+            largest = max(largest, value)
+    buckets = 4
+    while buckets < largest * DIAGONAL + 2:
+        buckets *= 2
+    after, before = np.full(price.size, -1, dtype=np.int32), np.full(price.size, APART, dtype=np.int32)
+    return np.full(buckets, -1, dtype=np.int32), after, before
+
+
+@kernel
+def _enter(
+    at: int,
+    new: float,
+    cost: NDArray[np.float64],
+    first: NDArray[np.int32],
+    after: NDArray[np.int32],
+    before: NDArray[np.int32],
+) -> int:
+    """Give a cell a lower cost and its place in the queue; return 1 where it was in no bucket, else 0."""
+    was_apart = before[at] == APART
+    if not was_apart:
+        _leave(at, cost, first, after, before)
+    cost[at] = new
+    bucket = int(new) & (len(first) - 1)
+    after[at], before[at] = first[bucket], -1
+    if first[bucket] >= 0:
+        before[first[bucket]] = at
+    first[bucket] = at
+    return 1 if was_apart else 0
+
+
+@kernel
+def _leave(
+    at: int,
+    cost: NDArray[np.float64],
+    first: NDArray[np.int32],
+    after: NDArray[np.int32],
+    before: NDArray[np.int32],
+) -> None:
+    """Take a cell out of its bucket."""
+    if before[at] >= 0:
+        after[before[at]] = after[at]
+    else:
+        first[int(cost[at]) & (len(first) - 1)] = after[at]
+    if after[at] >= 0:
+        before[after[at]] = before[at]
+    before[at] = APART
+
+
+@kernel
+def _expand(
+    at: int,
+    width: int,
+    price: NDArray[np.float64],
+    cost: NDArray[np.float64],
+    first: NDArray[np.int32],
+    after: NDArray[np.int32],
+    before: NDArray[np.int32],
+) -> int:
+    """Lower the costs of the neighbours that a cell makes cheaper; return how many of them came into the queue."""
+    col = at % width
+    so_far, here = cost[at], price[at]
+    entered = 0
+    for up in (-width, 0, width):
+        if at + up < 0 or at + up >= len(price):
+            continue
+        for across in range(-1 if col > 0 else 0, 2 if col < width - 1 else 1):
+            there = at + up + across
+            is_diagonal = up != 0 and across != 0
+            if is_diagonal and not (np.isfinite(price[at + up]) and np.isfinite(price[at + across])):
                 continue  # no cutting of corners
-            new = so_far + 0.5 * (price[row, col] + price[r, c]) * math.sqrt(dr * dr + dc * dc)
-            if new < cost[r, c]:
-                cost[r, c] = new
-                heapq.heappush(heap, (new, r * width + c))
+            new = so_far + 0.5 * (here + price[there]) * (DIAGONAL if is_diagonal else 1.0)
+            if new < cost[there]:
+                entered += _enter(there, new, cost, first, after, before)
+    return entered
 
 
 @kernel

@@ -131,10 +131,12 @@ class Frontiers:
         """
         frontier = self._frontier((slice(None), slice(None)))
         length = cv2.boxFilter(frontier.astype(np.float32), -1, (AROUND_CELLS, AROUND_CELLS), normalize=False)
+        known = self.seen.is_free.astype(np.float32)
         for counts in (frontier & (length >= LEAST_FRONTIER_CELLS), frontier & np.isfinite(self.planner.prices)):
             pay = np.where(counts, length, np.float32(0.0))
             for _ in range(LOOK_FROM_CELLS):  # over known cells only, never through a wall
-                pay = np.where(self.seen.is_free, cv2.dilate(pay, EIGHT), np.float32(0.0))
+                cv2.dilate(pay, EIGHT, dst=pay)
+                cv2.multiply(pay, known, dst=pay)
             yield pay
 
     def _aim_at(self, goal: tuple[int, int]) -> None:

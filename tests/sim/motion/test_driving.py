@@ -13,18 +13,20 @@ from sim.world import Prism, World
 from tests.sim import naive
 from tests.sim.small_worlds import box_world, wall_distance
 
+PRICES = st.sampled_from([0.3, 1.0, 2.5, 9.0, np.inf])  # cells cheaper and dearer than a bucket of the search is wide
+
 
 @settings(deadline=None)
-@given(arrays(float, array_shapes(min_dims=2, max_dims=2, max_side=5), elements=st.sampled_from([1.0, 2.5, np.inf])))
-def test_cost_to_goal_agrees_with_relaxation(price):
+@given(arrays(float, array_shapes(min_dims=2, max_dims=2, max_side=5), elements=PRICES))
+def test_cost_to_goal_is_that_of_relaxation_to_the_last_bit(price):
     price[0, 0] = 1.0
 
-    assert np.allclose(paths.cost_to_goal(price, 0, 0), naive.cost_to_goal(price, 0, 0))
+    assert np.array_equal(paths.cost_to_goal(price, 0, 0), naive.cost_to_goal(price, 0, 0))
 
 
 @settings(deadline=None)
 @given(
-    arrays(float, (5, 6), elements=st.sampled_from([1.0, 2.5, np.inf])),
+    arrays(float, (5, 6), elements=PRICES),
     arrays(np.float32, (5, 6), elements=st.sampled_from([0.0, 0.5, 2.0, 4.0])),
 )
 def test_the_cell_that_pays_most_is_found_without_going_everywhere(price, pay):
@@ -36,8 +38,9 @@ def test_the_cell_that_pays_most_is_found_without_going_everywhere(price, pay):
     if not np.isfinite(gains).any():
         assert at is None
     else:
-        assert np.isclose(gains[at], gains.min())
-        assert np.isclose(costs[at], true[at])
+        first = min(zip(gains.ravel(), true.ravel(), range(true.size), strict=True))  # of equal ones the nearest
+        assert at == divmod(first[2], true.shape[1])
+        assert np.array_equal(costs[true <= true[at]], true[true <= true[at]])  # all that a path back may take
 
 
 def test_a_path_leads_to_the_goal_and_keeps_off_the_walls():
