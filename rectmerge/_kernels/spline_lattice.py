@@ -128,6 +128,35 @@ def undo(
 
 
 @kernel
+def wall_pulls(
+    offsets: NDArray[np.float64], normals: NDArray[np.float64], is_pulled: NDArray[np.bool_], reach: float,
+    across_weight: float, along_weight: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
+    """Return the pulls of partners across and along walls, with Tukey's weights, as `add_pulls` takes them.
+
+    `offsets` (N, 2) lead to the partners, `normals` (N, 2) point across the walls; a distance of `reach` or more pulls
+    no longer.
+    """
+    stiffness, force = np.zeros((len(offsets), 3)), np.zeros((len(offsets), 2))
+    for i in range(len(offsets)):
+        if not is_pulled[i]:
+            continue
+        for k in range(2):
+            x, y, weight = normals[i, 0], normals[i, 1], across_weight
+            if k == 1:
+                x, y, weight = -y, x, along_weight
+            distance = offsets[i, 0] * x + offsets[i, 1] * y
+            share = max(0.0, 1.0 - (distance / reach) ** 2)
+            weight *= share * share
+            stiffness[i, 0] += weight * x * x
+            stiffness[i, 1] += weight * x * y
+            stiffness[i, 2] += weight * y * y
+            force[i, 0] += weight * distance * x
+            force[i, 1] += weight * distance * y
+    return stiffness, force
+
+
+@kernel
 def add_pulls(
     band: NDArray[np.float64], right: NDArray[np.float64], coefficients: NDArray[np.float64],
     corner: tuple[float, float], spacing: float, counts: tuple[int, int], steps: tuple[int, int],

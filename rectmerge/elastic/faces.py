@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.face_lookup import nearest_facing, smooth_normals
 from rectmerge.analysis.trinary_map import MapCells
+from rectmerge.derived import derive
 from rectmerge.elastic.params import FaceParams
 from rectmerge.grid import OccupancyGrid
 
@@ -44,7 +45,11 @@ class Faces:
 
     @classmethod
     def from_grid(cls, grid: OccupancyGrid, params: FaceParams) -> Faces:
-        """Find the faces of a map and the nearest one of each direction at each place."""
+        """Find the faces of a map and the nearest one of each direction at each place, once within `derived_kept`."""
+        return derive(grid, (cls, params), lambda: cls._find(grid, params))
+
+    @classmethod
+    def _find(cls, grid: OccupancyGrid, params: FaceParams) -> Faces:
         cells = MapCells.from_grid(grid)
         is_face = cells.normals.any(axis=1)
         points = np.column_stack([cells.cols[is_face], cells.rows[is_face]]).astype(np.int64)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.banded import solve_banded
-from rectmerge._kernels.spline_lattice import add_pulls
+from rectmerge._kernels.spline_lattice import add_pulls, wall_pulls
 from rectmerge.elastic.lattice import Displacement, Lattice
 from rectmerge.elastic.matching import FacePair
 from rectmerge.elastic.params import FitParams
@@ -70,15 +70,13 @@ class ElasticFit:
             faces.match(reach), faces.match_backs(reach), (pair.weight_b, pair.weight_a), strict=True
         ):
             share = weight / params.correlated_cells / (2 * params.wall_std_cells**2)
-            along = wall.normals[:, ::-1] * np.array([-1.0, 1.0])
-            is_behind = back.is_matched & ~wall.is_matched
-            pulls = [
-                pull(wall.offsets, wall.normals, share * wall.is_matched, reach),
-                pull(wall.offsets, along, params.along_weight * share * wall.is_matched, reach),
-            ]
+            along = params.along_weight * share
+            pulls = wall_pulls(wall.offsets, wall.normals, wall.is_matched, reach, share, along)
             self._add(band, right, now, wall.points, pulls)
-            behind = pull(back.offsets, back.normals, params.behind_weight * share * is_behind, reach)
-            self._add(band, right, now, back.points, [behind])
+            is_behind = back.is_matched & ~wall.is_matched
+            behind = params.behind_weight * share
+            pulls = wall_pulls(back.offsets, back.normals, is_behind, reach, behind, 0.0)
+            self._add(band, right, now, back.points, pulls)
         band[:, 0] += RIDGE * band[:, 0].max()
         return Displacement(self.lattice, solve_banded(band, right).reshape(-1, 2))
 
@@ -88,26 +86,10 @@ class ElasticFit:
         right: NDArray[np.float64],
         now: Displacement,
         points: NDArray[np.float64],
-        pulls: list[tuple[NDArray[np.float64], NDArray[np.float64]]],
+        pulls: tuple[NDArray[np.float64], NDArray[np.float64]],
     ) -> None:
         """Add the pulls on displaced points to the normal equations."""
         grid = self.lattice
-        stiffness = np.sum([stiff for stiff, _ in pulls], axis=0)
-        force = np.sum([force for _, force in pulls], axis=0)
         add_pulls(
-            band, right, now.coefficients, grid.corner, grid.spacing, grid.counts, grid.steps, points, stiffness, force
+            band, right, now.coefficients, grid.corner, grid.spacing, grid.counts, grid.steps, points, *pulls
         )  # fmt: skip
-
-
-def pull(
-    offsets: NDArray[np.float64], directions: NDArray[np.float64], weights: NDArray[np.floating], reach: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the pull of partners along directions with Tukey's weights: stiffness (xx, xy, yy), (N, 3); force, (N, 2).
-
-    A distance of `reach` or more pulls no longer.
-    """
-    distances = np.einsum("nk,nk->n", offsets, directions)
-    weights = weights * (1 - (distances / reach) ** 2).clip(0) ** 2
-    x, y = directions.T
-    stiffness = np.stack([weights * x * x, weights * x * y, weights * y * y], axis=1)
-    return stiffness, (weights * distances)[:, np.newaxis] * directions

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from rectmerge._kernels.banded import solve_banded
-from rectmerge._kernels.spline_lattice import add_pulls
+from rectmerge._kernels.spline_lattice import add_pulls, wall_pulls
+from rectmerge.derived import derived_kept
 from rectmerge.elastic.faces import Faces
-from rectmerge.elastic.fit import pull
 from rectmerge.elastic.lattice import Lattice
 from rectmerge.elastic.params import FaceParams, FitParams
 from rectmerge.elastic.smoothness import smoothness
@@ -47,11 +47,43 @@ def test_springs_of_a_known_displacement_give_it_back(shape):
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     band, right = np.zeros((2 * grid.node_count, grid.half_width + 1)), np.zeros(2 * grid.node_count)
     now = rng.normal(size=(grid.node_count, 2))
-    stiffness, force = pull(truth.at(points) - type(truth)(grid, now).at(points), directions, np.ones(4000), 1e9)
+    offsets = truth.at(points) - type(truth)(grid, now).at(points)
+    stiffness, force = wall_pulls(offsets, directions, np.ones(4000, bool), 1e9, 1.0, 0.0)
 
     add_pulls(band, right, now, grid.corner, grid.spacing, grid.counts, grid.steps, points, stiffness, force)
 
     assert_allclose(solve_banded(band, right).reshape(-1, 2), truth.coefficients, atol=1e-6)
+
+
+def test_faces_of_a_map_are_found_once_in_one_piece_of_work():
+    grid, params = building(), FaceParams()
+    with derived_kept():
+        kept = Faces.from_grid(grid, params)
+
+        assert Faces.from_grid(grid, params) is kept
+        assert Faces.from_grid(grid, FaceParams(directions=4)) is not kept
+    assert Faces.from_grid(grid, params) is not kept
+
+
+def slow_pull(offset, direction, weight, reach):
+    """Stiffness, (2, 2), and force, (2,), of one partner along one direction, by Tukey's weight."""
+    distance = offset @ direction
+    tukey = (1 - (distance / reach) ** 2) ** 2 if abs(distance) < reach else 0.0
+    return weight * tukey * np.outer(direction, direction), weight * tukey * distance * direction
+
+
+def test_pulls_on_walls_are_those_across_and_along_each_wall():
+    rng = np.random.default_rng(2)
+    offsets, angles, is_pulled = rng.normal(size=(300, 2)), rng.uniform(0, math.tau, 300), rng.random(300) < 0.7
+    normals = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    stiffness, force = wall_pulls(offsets, normals, is_pulled, 1.2, 3.0, 0.5)
+
+    for k, offset in enumerate(offsets):
+        across = slow_pull(offset, normals[k], 3.0 * is_pulled[k], 1.2)
+        along = slow_pull(offset, np.array([-normals[k, 1], normals[k, 0]]), 0.5 * is_pulled[k], 1.2)
+        xx, xy, yy = stiffness[k]
+        assert_allclose([[xx, xy], [xy, yy]], across[0] + along[0], atol=1e-12)
+        assert_allclose(force[k], across[1] + along[1], atol=1e-12)
 
 
 @pytest.mark.parametrize(
