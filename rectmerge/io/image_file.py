@@ -12,13 +12,14 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
+from PIL import Image, TiffImagePlugin, UnidentifiedImageError
 
 from rectmerge.errors import MapFileError
 from rectmerge.grid import LONGEST_SIDE_CELLS, MOST_CELLS
 from rectmerge.io.image_checks import require_intact
 
-READABLE = ("PNG", "PPM", "BMP", "JPEG", "TIFF", "GIF")
+TIFF = TiffImagePlugin.TiffImageFile.format  # by its plug-in, which `Image.preinit` leaves out
+READABLE = ("PNG", "PPM", "BMP", "JPEG", TIFF, "GIF")
 OPAQUE = 255
 CELLS_AT_ONCE = 1 << 20
 WRITABLE = {".pgm": "PPM", ".png": "PNG"}
@@ -70,6 +71,7 @@ def read_pixels(path: Path) -> Pixels:
         32,766 on a side; or damaged, as far as `rectmerge.io.image_checks` finds that.
     """
     require_file(path)
+    Image.preinit()  # else Pillow loads its plug-ins for 40 formats that no map has
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Pillow warns of large images; the limit here is checked below

@@ -1,4 +1,6 @@
 import io
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -28,6 +30,19 @@ def test_codes_are_looked_up_as_by_numpy(image, seed):
     table = np.random.default_rng(seed).integers(-128, 128, 256).astype(np.int8)
 
     assert np.array_equal(recode(image[::-1], table), table[image[::-1]])
+
+
+@pytest.mark.parametrize("suffix", [".pgm", ".png", ".bmp", ".jpg", ".tif", ".gif"])
+def test_an_image_is_read_without_the_plug_ins_of_formats_that_are_no_maps(tmp_path, suffix):
+    path = tmp_path / f"map{suffix}"
+    Image.fromarray(np.full((4, 5), 254, np.uint8)).save(path)
+    code = (
+        "import sys, pathlib; from rectmerge.io.image_file import read_pixels; "
+        "read_pixels(pathlib.Path(sys.argv[1])); assert 'PIL.WebPImagePlugin' not in sys.modules"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True)
+
+    assert done.returncode == 0, done.stderr
 
 
 @given(IMAGES)
