@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.analysis.exact_distance import exact_distance
 from rectmerge.analysis.overlap import cells_of
 from rectmerge.analysis.quality import measure_quality
 from rectmerge.grid import OccupancyGrid
@@ -161,7 +162,7 @@ def _speck_places(walls: _Patches, free_cells: int) -> tuple[float | None, float
     is_large = walls.cells > MAX_SPECK_CELLS
     near_walls = None
     if is_large.any():
-        away = cv2.distanceTransform((~is_large[walls.labels]).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        away = exact_distance(is_large[walls.labels])
         cols, rows = np.rint(places).astype(int).T
         near_walls = float((away[rows, cols] <= NEAR_WALL_CELLS).mean())
     if len(places) < FEWEST_SPECKS:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.analysis.exact_distance import exact_distance
 from rectmerge.analysis.overlap import CONFLICT_REACH_CELLS, MAX_WALL_CELLS, cells_of
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
@@ -53,9 +53,9 @@ def double_wall_share(a: OccupancyGrid, b: OccupancyGrid, pixels: Similarity) ->
 
 def _distances(grid: OccupancyGrid, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the distance of pixel points, (N, 2), to the nearest wall of a map; infinite outside it."""
-    to_wall = cv2.distanceTransform((~grid.occupied).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    to_wall = exact_distance(grid.occupied)
     u, v = np.rint(points).astype(np.intp).T
     height, width = grid.shape
     inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
-    distances = to_wall[v.clip(0, height - 1), u.clip(0, width - 1)].astype(np.float64)
+    distances = to_wall[v.clip(0, height - 1), u.clip(0, width - 1)]
     return np.where(inside, distances, np.inf)

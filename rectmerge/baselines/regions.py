@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rectmerge.alignment import Alignment
 from rectmerge.analysis.downscaling import Shrunk, between_given, shrunk_bounds
+from rectmerge.analysis.exact_distance import exact_distance
 from rectmerge.baselines.ranked_answer import MAX_CANDIDATES, Placement, answer
 from rectmerge.errors import InputError
 from rectmerge.grid import OccupancyGrid
@@ -154,8 +155,7 @@ class Regions:
 
 def region_boxes(grid: OccupancyGrid, max_boxes: int) -> Boxes:
     """Find the oriented minimum bounding boxes of a map's free regions, the largest first, shape (N, 4)."""
-    padded = np.pad(grid.free, 1).view(np.uint8)
-    inside = cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
+    inside = exact_distance(~np.pad(grid.free, 1))[1:-1, 1:-1]
     boxes = []
     for level in LEVELS:
         depth = level * float(inside.max(initial=0.0))

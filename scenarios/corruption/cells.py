@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.analysis.exact_distance import exact_distance
 from rectmerge.errors import InputError
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
@@ -105,8 +106,7 @@ def _within(mask: NDArray[np.bool_], cells: float) -> NDArray[np.bool_]:
     """Return the cells whose centres lie within a distance, in cells, of the centre of a cell of the mask."""
     if not mask.any():
         return mask
-    distances = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    near: NDArray[np.bool_] = distances <= cells
+    near: NDArray[np.bool_] = exact_distance(mask) <= cells
     return near
 
 

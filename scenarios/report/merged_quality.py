@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.analysis.exact_distance import exact_distance
 from rectmerge.analysis.overlap import measure_agreement
 from rectmerge.composing.resampling import resample
 from rectmerge.elastic.unbend import unbend
@@ -116,7 +117,7 @@ class MergeScene:
         precision = _share(occupied, _dilated(walls))
         recall = _share(visible, _dilated(occupied))
         both = ~a.unknown & ~b.unknown
-        distances = cv2.distanceTransform((~walls).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        distances = exact_distance(walls)
         return MergedQuality(
             occupied_f1=2 * precision * recall / max(1e-12, precision + recall),
             free_iou=float((free & world.free).sum() / max(1, (free | world.free).sum())),

@@ -42,7 +42,7 @@ def find_best_goal(
     first, after, before = _make_queue(prices)
     level, waiting = 0, _enter(row * price.shape[1] + col, 0.0, cost, first, after, before)
     best, best_cost, best_at = np.inf, np.inf, -1
-    while waiting > 0 and level - most < best:
+    while waiting > 0 and level - most <= best:
         at = first[level & (len(first) - 1)]
         if at < 0:
             level += 1

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rectmerge.analysis.exact_distance import exact_distance
 from rectmerge.errors import SimulationError
 from sim._kernels import paths
 from sim.world import Room, World, covers
@@ -51,9 +52,9 @@ def make_drive_field(world: World) -> DriveField:
     if not (world.rooms or world.floor):
         raise SimulationError(f"this {world.family or 'world'} has no floor: neither rooms nor floor outlines")
     met = tuple(replace(p, bottom=0.0) for p in world.obstacles if p.bottom < ROBOT_HEIGHT_M)
-    cells = replace(world, walls=met, furniture=(), glass=()).raster(CELL_M / 2, height_m=0.0).free[::-1]
-    cells = np.pad(cells.view(np.uint8), ((0, cells.shape[0] % 2), (0, cells.shape[1] % 2)))
-    clearance = cv2.distanceTransform(np.pad(cells, 1), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1] * (CELL_M / 2)
+    free = replace(world, walls=met, furniture=(), glass=()).raster(CELL_M / 2, height_m=0.0).free[::-1]
+    free = np.pad(free, ((0, free.shape[0] % 2), (0, free.shape[1] % 2)))
+    clearance = exact_distance(~np.pad(free, 1))[1:-1, 1:-1] * (CELL_M / 2)
     clearance = np.minimum.reduce([clearance[r::2, c::2] for r in (0, 1) for c in (0, 1)])
     count, labels, stats, _ = cv2.connectedComponentsWithStats(
         (clearance >= KEEP_OFF_M).astype(np.uint8), connectivity=4
@@ -61,7 +62,7 @@ def make_drive_field(world: World) -> DriveField:
     if count < 2:
         raise SimulationError(f"a robot fits nowhere in this {world.family or 'world'}")
     largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    return DriveField(clearance.astype(np.float64), labels == largest)
+    return DriveField(clearance, labels == largest)
 
 
 def find_standing_spot(field: DriveField, room: Room) -> NDArray[np.float64] | None:
