@@ -10,7 +10,7 @@ PARALLEL := --numprocesses auto --dist loadfile --no-loadscope-reorder
 # Where it is set, each of the hundreds of processes that the tests start would translate the sources anew.
 test test-fast coverage: export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test test-fast check coverage bench bench-release fuzz results picture docs clean
+.PHONY: demo test test-fast check coverage bench bench-release fuzz picture docs clean
 
 demo: $(MARK)-sim
 	$(BIN)/rectbench demo -o demo --force
@@ -48,9 +48,7 @@ coverage: $(MARK)-all
 fuzz: $(MARK)-all
 	$(BIN)/python -m pytest tests/fuzz -p no:cacheprovider --hypothesis-profile=long
 
-# The leaderboard, anew or from where it was left; real maps where RECTMERGE_REAL_MAPS names their folder.
-results: $(MARK)-all
-	$(BIN)/rectbench leaderboard -o results --workers 2 $(if $(RECTMERGE_REAL_MAPS),--maps $(RECTMERGE_REAL_MAPS))
+include results/pages.mk
 
 # The README's picture, the demo's, and those of docs/how-it-works.md and docs/the-papers-method.md, small enough to be kept.
 picture: demo

@@ -244,12 +244,12 @@ def _version(package: str) -> str | None:
 
 
 def _commit() -> str | None:
-    """Return the commit of a checkout, marked if files changed; None if this is no checkout."""
+    """Return the commit of a checkout, marked if files changed but the pages it makes; None if this is no checkout."""
     git = ["git", "-C", str(Path(__file__).parent)]
     try:
         call = functools.partial(subprocess.run, capture_output=True, text=True, check=True, timeout=10)
         head = call([*git, "rev-parse", "--short=12", "HEAD"]).stdout.strip()
-        changed = call([*git, "status", "--porcelain", "--untracked-files=no"]).stdout.strip()
+        changed = call([*git, "status", "--porcelain", "--untracked-files=no", "--", ":/", ":(top,exclude)results"]).stdout.strip()
     except (OSError, subprocess.SubprocessError):
         return None
     return f"{head}, changed" if changed else head
