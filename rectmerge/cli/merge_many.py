@@ -18,16 +18,14 @@ from rectmerge.cli.warm_up import compile_before_first_merge
 from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from rectmerge.aligning import Scale
     from rectmerge.alignment import Method
     from rectmerge.cli.bend_options import BendOptions
     from rectmerge.composing.compose import CellsOf, Rule
     from rectmerge.elastic.bend import Bend
-    from rectmerge.fleet.asking import Progress
+    from rectmerge.fleet.asking import PairAsker, Progress
     from rectmerge.fleet.graph import AlignmentGraph
+    from rectmerge.fleet.journal import Journal
     from rectmerge.grid import OccupancyGrid
     from rectmerge.results.inputs import Input
 
@@ -138,13 +136,11 @@ def merge_many(
     from rectmerge.cli.map_options import input_files, read_maps
     from rectmerge.fleet.asking import PairAsker
     from rectmerge.fleet.journal import Journal
-    from rectmerge.fleet.many import build_graph
-    from rectmerge.fleet.outcome import answer_of, describe, graph_picture
-    from rectmerge.fleet.record import to_json_dict, transforms_yaml
-    from rectmerge.io.image_file import encode_image
+    from rectmerge.fleet.outcome import answer_of, describe
+    from rectmerge.fleet.record import to_json_dict
     from rectmerge.io.json_text import plain, to_json
     from rectmerge.method_fields import field_values
-    from rectmerge.results.folder import BEND_NAME, ResultFolder
+    from rectmerge.results.folder import ResultFolder
     from rectmerge.results.inputs import input_json_dict
 
     names = map_names(inputs)
@@ -158,35 +154,37 @@ def merge_many(
     settings = {"method": method.name, "fields": plain(field_values(method)), "scale": plain(scale), "seed": seed}
     settings |= {"checked": is_checked}
     before = None if earlier is None else _earlier(earlier, settings)
-    ask = PairAsker(method, scale, seed, is_checked=is_checked)
     journal = Journal(output, settings)
+    graph = _graph(ordered, PairAsker(method, scale, seed, is_checked=is_checked), before, options, journal)
+    bends: dict[str, Bend] = {}
+    files: dict[str, bytes] = {}
+    merged: Sequence[str | None] = [None] * len(graph.components)
+    if graph or not options.all_or_nothing:
+        bends = bending.bend_many(graph, ordered, _bend_progress(len(graph.placements) - len(graph.components)))
+        files, merged = _merged(graph, ordered, bends, rule, cells)
+    entries = {name: input_json_dict(output, one, maps[name]) for name, one in zip(names, inputs, strict=True)}
+    record = to_json_dict(graph, maps, entries, merged, bends, settings)
+    written = folder.replace(files | _records(graph, ordered, merged, bends, record))
+    journal.remove()
+    console.tell(to_json(record) if json else describe(graph, written, merged=merged, bends=bends))
+    raise typer.Exit(console.STATUS[answer_of(graph)])
+
+
+def _graph(
+    maps: Mapping[str, OccupancyGrid],
+    ask: PairAsker,
+    before: AlignmentGraph | None,
+    options: FleetOptions,
+    journal: Journal,
+) -> AlignmentGraph:
+    """Align the maps, the reference first, from where an interrupted merge left them."""
+    from rectmerge.fleet.many import build_graph
+
     if journal.answers:
         console.note(f"rectmerge: goes on with an interrupted merge; answered pairs: {len(journal.answers)}")
     compile_before_first_merge()
     with options.executor() as executor:
-        graph = build_graph(
-            ordered, ask, earlier=before, executor=executor, progress=_progress(len(maps)), journal=journal
-        )
-    files: dict[str, bytes] = {}
-    pictures: dict[str, NDArray[np.uint8]] = {"graph.png": graph_picture(graph, ordered)}
-    merged: list[str | None] = [None] * len(graph.components)
-    bends: dict[str, Bend] = {}
-    if graph or not options.all_or_nothing:
-        bends = bending.bend_many(graph, ordered, _bend_progress(len(graph.placements) - len(graph.components)))
-        straight = {name: bends[name].straighten(grid) if name in bends else grid for name, grid in ordered.items()}
-        files, more, merged = _merged(graph, straight, reference, rule, cells)
-        pictures |= more
-    if transforms := {name: bend.transform.as_dict() for name, bend in bends.items() if bend.transform is not None}:
-        files[BEND_NAME] = (to_json({"maps": transforms}) + "\n").encode()
-    files |= {name: encode_image(picture, ".png") for name, picture in pictures.items()}
-    files["transforms.yaml"] = transforms_yaml(graph, merged)
-    entries = {name: input_json_dict(output, one, maps[name]) for name, one in zip(names, inputs, strict=True)}
-    record = to_json_dict(graph, maps, entries, merged, bends, settings)
-    files["fleet.json"] = (to_json(record) + "\n").encode()
-    written = folder.replace(files)
-    journal.remove()
-    console.tell(to_json(record) if json else describe(graph, written, merged=merged, bends=bends))
-    raise typer.Exit(console.STATUS[answer_of(graph)])
+        return build_graph(maps, ask, earlier=before, executor=executor, progress=_progress(len(maps)), journal=journal)
 
 
 def _earlier(path: Path, settings: Mapping[str, object]) -> AlignmentGraph:
@@ -203,23 +201,51 @@ def _earlier(path: Path, settings: Mapping[str, object]) -> AlignmentGraph:
 
 
 def _merged(
-    graph: AlignmentGraph, maps: Mapping[str, OccupancyGrid], reference: str, rule: Rule, cells: CellsOf | float
-) -> tuple[dict[str, bytes], dict[str, NDArray[np.uint8]], list[str | None]]:
-    """Return the files of the merged maps, their pictures, and the name of each component's map."""
+    graph: AlignmentGraph,
+    maps: Mapping[str, OccupancyGrid],
+    bends: Mapping[str, Bend],
+    rule: Rule,
+    cells: CellsOf | float,
+) -> tuple[dict[str, bytes], Sequence[str | None]]:
+    """Return the files of the merged maps, pictures among them, and the name of each component's map."""
     from rectmerge.composing.rules import SHADING
     from rectmerge.fleet.outcome import component_pictures, compose_component, merged_stems
+    from rectmerge.io.image_file import encode_image
     from rectmerge.io.map_file import has_shades
     from rectmerge.results.folder import merged_files
 
+    straight = {name: bends[name].straighten(grid) if name in bends else grid for name, grid in maps.items()}
     files: dict[str, bytes] = {}
-    pictures: dict[str, NDArray[np.uint8]] = {}
-    stems = merged_stems(graph, reference)
+    stems = merged_stems(graph, next(iter(maps)))
     for names, stem in zip(graph.components, stems, strict=True):
-        composition = compose_component(graph, names, maps, rule, cells)
+        composition = compose_component(graph, names, straight, rule, cells)
         is_shaded = rule in SHADING and has_shades(composition.grid)
         files |= merged_files(composition.grid, stem, shaded=is_shaded)
-        pictures |= component_pictures(graph, names, maps, composition, stem)
-    return files, pictures, [f"{stem}.yaml" for stem in stems]
+        pictures = component_pictures(graph, names, straight, composition, stem)
+        files |= {name: encode_image(picture, ".png") for name, picture in pictures.items()}
+    return files, [f"{stem}.yaml" for stem in stems]
+
+
+def _records(
+    graph: AlignmentGraph,
+    maps: Mapping[str, OccupancyGrid],
+    merged: Sequence[str | None],
+    bends: Mapping[str, Bend],
+    record: Mapping[str, object],
+) -> dict[str, bytes]:
+    """Return the files that say how the maps lie to each other, by name; that of the whole answer is the last."""
+    from rectmerge.fleet.outcome import graph_picture
+    from rectmerge.fleet.record import transforms_yaml
+    from rectmerge.io.image_file import encode_image
+    from rectmerge.io.json_text import to_json
+    from rectmerge.results.folder import BEND_NAME
+
+    files = {"graph.png": encode_image(graph_picture(graph, maps), ".png")}
+    if bent := {name: bend.transform.as_dict() for name, bend in bends.items() if bend.transform is not None}:
+        files[BEND_NAME] = (to_json({"maps": bent}) + "\n").encode()
+    files["transforms.yaml"] = transforms_yaml(graph, merged)
+    files["fleet.json"] = (to_json(record) + "\n").encode()
+    return files
 
 
 def _progress(count: int) -> Progress:
