@@ -39,7 +39,7 @@ def dominant_angle(grid: OccupancyGrid) -> float:
     Wall cells (occupied next to free; where nothing is occupied, the outline of the free space) are projected on both
     axes of a turned frame. Walls along an axis pile up in few bins: the energy of the profiles, the sum of squared
     counts, is greatest there. Searched at 1, 0.25 and 0.05 degrees. This finds the one direction of a map as given, for
-    the paper's method. `rectmerge.robust.features.dominant_angles` lists several on the working grid of its search.
+    the paper's method. `rectmerge.robust.directions.dominant_angles` lists several on the working grid of its search.
     """
     points = wall_points(grid)
     if len(points) == 0:

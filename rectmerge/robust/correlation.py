@@ -22,7 +22,7 @@ from rectmerge.robust.correlation_params import CorrelateParams
 from rectmerge.robust.likelihood import WallNoise, face_gains
 from rectmerge.robust.params import GainParams
 
-QUARTER_TURNS = (np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]]), -np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]]))
+QUARTER_TURNS = np.array([[[c, -s], [s, c]] for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))])
 Image = NDArray[np.float32]
 Spectra = NDArray[np.complex64]
 
@@ -123,7 +123,8 @@ def correlate(
     def spectra_of_a(cell: float, side: int) -> Spectra:
         return _spectra(drawn_a(cell).gains, drawn_a(cell).walls, side)
 
-    placements, gains = [], []
+    placements: list[NDArray[np.float64]] = []
+    gains: list[Image] = []
     for scale in scales:
         cell = base * max(1.0, scale)  # what the coarser map shows is enough
         noise = _noise(cell / scale, params)
@@ -134,10 +135,9 @@ def correlate(
         spectra_a = spectra_of_a(cell, side)
         for on_b in frames:
             spectra_b = _spectra(on_b.walls * min(1.0, scale), on_b.gains * min(1.0, 1 / scale), side)
-            for quarter, scores in enumerate(_correlated(spectra_a, spectra_b)):
-                at, peak = _peaks(scores, max_shifts)
-                placements.append(_placements(at, drawn_a(cell), on_b, quarter, side))
-                gains.append(peak)
+            peaks = [_peaks(turned, max_shifts) for turned in _correlated(spectra_a, spectra_b)]
+            placements.append(_placements([at for at, _ in peaks], drawn_a(cell), on_b, side))
+            gains += [peak for _, peak in peaks]
     return np.concatenate(placements), np.concatenate(gains)
 
 
@@ -149,10 +149,11 @@ def _noise(cell: float, params: CorrelateParams) -> WallNoise:
 def _spectra(real: Image, imaginary: Image, side: int) -> Spectra:
     """Transform four pairs of images, each pair packed as one complex image of a square, shape (4, side, side)."""
     spectra = np.zeros((len(real), side, side, 2), np.float32)
+    rows = max(real.shape[1], imaginary.shape[1])
     for k, (one, two) in enumerate(zip(real, imaginary, strict=True)):
         spectra[k, : one.shape[0], : one.shape[1], 0] = one
         spectra[k, : two.shape[0], : two.shape[1], 1] = two
-        spectra[k] = cv2.dft(spectra[k])
+        spectra[k] = cv2.dft(spectra[k], nonzeroRows=rows)
     return spectra.view(np.complex64)[..., 0]
 
 
@@ -167,7 +168,7 @@ def _correlated(spectra_a: Spectra, spectra_b: Spectra) -> Iterator[Image]:
     for quarter, (spectra, turns_rows, turns_cols) in enumerate(turned):
         sum_products(spectra_a, spectra, quarter, turns_rows, turns_cols, total)
         image = cv2.dft(total.view(np.float32).reshape(*total.shape, 2), flags=cv2.DFT_INVERSE | cv2.DFT_SCALE)
-        yield np.ascontiguousarray(image[..., 0])
+        yield np.asarray(image[..., 0], np.float32)
 
 
 def _peaks(scores: Image, most: int) -> tuple[NDArray[np.float64], Image]:
@@ -178,13 +179,12 @@ def _peaks(scores: Image, most: int) -> tuple[NDArray[np.float64], Image]:
     return np.stack([u, v], axis=1).astype(np.float64), values[:count]
 
 
-def _placements(at: NDArray[np.float64], on_a: _Raster, on_b: _Raster, quarter: int, side: int) -> NDArray[np.float64]:
-    """Turn shifts between rasters, known modulo the side, into placements between the working grids."""
-    turn, size = QUARTER_TURNS[quarter], np.array(on_b.size)
-    least = -np.maximum(0.0, turn @ size)  # B's corners are at no more
-    at = (at - least) % side + least
-    linear = on_a.back @ turn @ on_b.linear
-    shifts = (at + turn @ on_b.shift - on_a.shift) @ on_a.back.T  # (N, 2)
+def _placements(shifts: Sequence[NDArray[np.float64]], on_a: _Raster, on_b: _Raster, side: int) -> NDArray[np.float64]:
+    """Turn shifts between rasters for each quarter turn, known modulo the side, into placements of working grids."""
+    turns = np.repeat(QUARTER_TURNS, [len(at) for at in shifts], axis=0)  # (N, 2, 2)
+    least = -np.maximum(0.0, turns @ np.array(on_b.size))  # B's corners are at no more
+    at = (np.concatenate(shifts) - least) % side + least
     placements = np.empty((len(at), 4))
-    placements[:, :2], placements[:, 2:] = linear[:, 0], shifts
+    placements[:, :2] = (on_a.back @ turns @ on_b.linear)[:, :, 0]
+    placements[:, 2:] = (at + turns @ on_b.shift - on_a.shift) @ on_a.back.T
     return placements

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from rectmerge.declaration import HAND, LAYOUT, Group, ablation, param
 
+MEETING = "31 of 239 pairs of real_places lie at another angle than the strongest directions: all keep theirs"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CorrelateParams(Group):
@@ -32,6 +34,9 @@ class AllRoundParams(Group):
     cell_cells: float = param(4.0, "cells", LAYOUT)  # working cells per correlated cell
     max_diagonal_cells: float = param(100.0, "correlated cells", LAYOUT, most=1000)  # larger maps take larger cells
     spread_cells: float = param(1.0, "correlated cells", HAND)
+    weak_contrast: float = param(0.25, "contrast", MEETING)  # of directions; below it all angles are tried
+    meeting_reach_deg: int = param(4, "degrees", MEETING, least=1, most=45)  # within which two directions meet, some
+    min_meeting_share: float = param(0.2, "share of the most", MEETING)  # of directions that an angle joins
     scale_step: float = param(0.12, "log scale", HAND, least=0.001)
     shifts_per_scale: int = param(4, "placements", LAYOUT)  # kept of each angle, scale and quarter turn
     max_fits: int = param(150, "placements", LAYOUT, most=100_000)  # refined

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from rectmerge._kernels.bounding import add_face_scores, lower_shares
 from rectmerge.analysis.wall_faces import QUARTER, WallFaces
-from rectmerge.robust.features import Features, dominant_angles
+from rectmerge.robust.directions import dominant_angles
+from rectmerge.robust.features import Features
 from rectmerge.robust.likelihood import WallNoise, face_gains
 from rectmerge.robust.params import CertificateParams, GainParams, Params
 from rectmerge.robust.refinement import to_pixels

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rectmerge._kernels.placements import suppress
-from rectmerge._kernels.profiles import profile_energies
 from rectmerge._kernels.wall_cells import count_walls, known_bounds, light_specks
 from rectmerge.analysis.distance_codes import BINS, ON_BORDER, distance_codes, distance_to
 from rectmerge.analysis.trinary_map import MapCells
@@ -213,43 +212,6 @@ def _working_ends(side: int, factor: float) -> tuple[float, NDArray[np.intp]]:
     count, start = _division(side, factor)
     working = np.minimum(count - 1, ((np.arange(side) + 0.5 + start) / factor).astype(np.intp))
     return start, np.searchsorted(working, np.arange(count + 1))
-
-
-def dominant_angles(features: Features, params: PrepareParams) -> list[tuple[float, float]]:
-    """Find the directions along which walls pile up, modulo a quarter turn.
-
-    Returns
-    -------
-    list
-        (angle, contrast), strongest first: radians in the working grid, and the peak's energy above the median over the
-        median. Weaker peaks than a share of the first are left out; the first is always there.
-    """
-    points = features.walls - features.walls.mean(axis=0)
-    degrees = np.arange(QUARTER_TURN_DEG)
-    some = points[:: -(-len(points) // params.max_projected_points)]
-    energy = _folded_energy(some, np.radians(degrees.astype(np.float64)), params.coarse_bin_cells)
-    floor = float(np.median(energy))
-    left = energy - floor
-    peaks: list[tuple[float, float]] = []
-    while not peaks or (len(peaks) < params.max_directions and left.max() > 0):
-        at = int(np.argmax(left))
-        if peaks and left[at] < params.min_direction_share * floor * peaks[0][1]:
-            break
-        angle = math.radians(at)
-        steps = np.arange(-params.fine_reach_steps, params.fine_reach_steps + 1.0)
-        for step in params.fine_steps_deg:
-            near: NDArray[np.float64] = angle + math.radians(step) * steps
-            angle = float(near[np.argmax(_folded_energy(points, near, params.fine_bin_cells))])
-        peaks.append((angle, float(left[at]) / floor))
-        left[np.abs((degrees - at + 45) % 90 - 45) <= params.direction_width_deg] = 0
-    return peaks
-
-
-def _folded_energy(points: NDArray[np.float64], angles: NDArray[np.float64], width: float) -> NDArray[np.float64]:
-    """Sum the energies of the profiles on both axes of each frame."""
-    both = profile_energies(points, np.concatenate([angles, angles + math.pi / 2]), width)
-    folded: NDArray[np.float64] = both.reshape(2, -1).sum(axis=0)
-    return folded
 
 
 def rectangles_in_frame(features: Features, angle: float, params: PrepareParams) -> Frame:

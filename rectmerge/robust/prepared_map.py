@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rectmerge.analysis.quality import MapQuality, measure_quality
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.derived import derive
 from rectmerge.grid import OccupancyGrid
 from rectmerge.robust.detailed_map import DetailedMap
-from rectmerge.robust.features import Features, Frame, dominant_angles, extract_features, rectangles_in_frame
+from rectmerge.robust.directions import direction_energies, dominant_angles
+from rectmerge.robust.features import Features, Frame, extract_features, rectangles_in_frame
 from rectmerge.robust.params import Params
 from rectmerge.robust.reasons import MapFacts
 
@@ -73,6 +75,11 @@ class PreparedMap:
     def detailed(self) -> DetailedMap:
         """Details of the map, which another map may contradict."""
         return DetailedMap.from_cells(self.cells, self.angles[0][0], self.walled.factor, self.params.detail)
+
+    @cached_property
+    def direction_energies(self) -> NDArray[np.float64]:
+        """How much the walls pile up along each degree of a quarter turn, shape (90,)."""
+        return direction_energies(self.walled, self.params.prepare)
 
     @property
     def contrast(self) -> float:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rectmerge.analysis.wall_faces import WallFaces
 from rectmerge.robust.correlation import correlate, scales_within
 from rectmerge.robust.correlation_params import CorrelateParams
+from rectmerge.robust.directions import meeting_turns
 from rectmerge.robust.features import QUARTER_TURN_DEG, Frame
 from rectmerge.robust.hypotheses import propose
 from rectmerge.robust.likelihood import WallLikelihood, WallNoise
@@ -39,8 +40,10 @@ def propose_by_correlation(
     return _best_shifts(pair, frames, scales, params.shifts_per_scale, params.max_correlation_fits)
 
 
-def propose_all_round(pair: WorkingPair) -> NDArray[np.float64]:
-    """Refine the best of all shifts at angles all round, on coarse grids, shape (N, 4).
+def propose_all_round(
+    pair: WorkingPair, energies_a: NDArray[np.float64], energies_b: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Refine the best of all shifts at angles all round at which walls can meet, on coarse grids, shape (N, 4).
 
     Directions in which walls pile up say nothing in round buildings, and in buildings of several wings those of one map
     may be of another wing than those of the other.
@@ -54,7 +57,10 @@ def propose_all_round(pair: WorkingPair) -> NDArray[np.float64]:
     )
     turns = np.radians(np.arange(params.turn_step_deg, QUARTER_TURN_DEG, params.turn_step_deg))
     between = pair.angle - pair.angle_b  # of the strongest directions, which were tried before
-    frames = [(pair.a.faces(pair.angle, pair.params.faces), [pair.faces_of_b(between + turn) for turn in turns])]
+    turns = meeting_turns(energies_a, energies_b, between + turns, params)
+    if len(turns) == 0:
+        return np.empty((0, 4))
+    frames = [(pair.a.faces(pair.angle, pair.params.faces), [pair.faces_of_b(float(turn)) for turn in turns])]
     scales = scales_within(pair.scale_bounds, params.scale_step)
     return _best_shifts(pair, frames, scales, params.shifts_per_scale, params.max_fits, coarse)
 

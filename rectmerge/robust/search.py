@@ -57,7 +57,8 @@ def search(pair: WorkingPair, fixed: PreparedMap, moving: PreparedMap, *, is_ful
         fits.append(propose_by_rectangles(pair, fixed.frames[:1], moving.frames_at([float(angle) for angle in angles])))
     ranking = challenge(pair, rerank(pair, ranking.concat(rank(pair, np.concatenate(fits)))))
     if pair.params.all_round.is_used and not _convinces(pair, ranking):
-        ranking = challenge(pair, rerank(pair, ranking.concat(rank(pair, propose_all_round(pair)))))
+        fits_all_round = propose_all_round(pair, fixed.direction_energies, moving.direction_energies)
+        ranking = challenge(pair, rerank(pair, ranking.concat(rank(pair, fits_all_round))))
     return Search(pair, ranking, is_full=True)
 
 

@@ -249,7 +249,8 @@ def _commit() -> str | None:
     try:
         call = functools.partial(subprocess.run, capture_output=True, text=True, check=True, timeout=10)
         head = call([*git, "rev-parse", "--short=12", "HEAD"]).stdout.strip()
-        changed = call([*git, "status", "--porcelain", "--untracked-files=no", "--", ":/", ":(top,exclude)results"]).stdout.strip()
+        but_pages = ["--", ":/", ":(top,exclude)results"]
+        changed = call([*git, "status", "--porcelain", "--untracked-files=no", *but_pages]).stdout.strip()
     except (OSError, subprocess.SubprocessError):
         return None
     return f"{head}, changed" if changed else head

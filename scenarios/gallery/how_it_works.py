@@ -20,8 +20,9 @@ from rectmerge.drawing.maps import draw_map, side_by_side, with_legend
 from rectmerge.errors import SimulationError
 from rectmerge.io.atomic_file import replace_file
 from rectmerge.robust.correlation import correlate
+from rectmerge.robust.directions import dominant_angles
 from rectmerge.robust.face_score import FaceScore
-from rectmerge.robust.features import Features, dominant_angles, extract_features, rectangles_in_frame
+from rectmerge.robust.features import Features, extract_features, rectangles_in_frame
 from rectmerge.robust.params import Params
 from rectmerge.similarity import Similarity
 from scenarios.execution.files import clear_folder

@@ -212,8 +212,8 @@ def _coarseness(row: Row) -> float:
 INTRODUCTION = """# What the verdict of `robust` is worth
 
 Simulated pairs of the split *test*: other buildings than those the weights were fitted to, and two families (two-wing
-and round) of which no training pair is. The run of `trust` is on buildings that took no part in any fit or choice, made by
-`rectbench generate trust --seed 20261` (the fit has those of seed 7000, with even noise of the cells); that of
+and round) of which no training pair is. The run of `trust` is on buildings that took no part in any fit or choice, made
+by `rectbench generate trust --seed 20261` (the fit has those of seed 7000, with even noise of the cells); that of
 `standard` on the split test of `rectbench generate standard`; that of `repetitive` on the suite itself. One
 configuration, the defaults; scale free between 0.5 and 2. This page is made by
 """

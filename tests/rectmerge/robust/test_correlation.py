@@ -8,7 +8,8 @@ from rectmerge._kernels.correlating import highest_peaks
 from rectmerge._kernels.placements import invert
 from rectmerge.analysis.trinary_map import MapCells
 from rectmerge.robust.correlation import _correlated, correlate, scales_within
-from rectmerge.robust.features import dominant_angles, extract_features
+from rectmerge.robust.directions import dominant_angles
+from rectmerge.robust.features import extract_features
 from rectmerge.robust.likelihood import WallNoise, face_gains
 from rectmerge.robust.params import Params
 from tests.rectmerge.robust import naive, plans

@@ -13,7 +13,7 @@ from rectmerge._kernels.profiles import profile_energies
 from rectmerge._kernels.wall_cells import known_bounds
 from rectmerge.analysis.trinary_map import MapCells, trinary
 from rectmerge.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from rectmerge.robust.features import dominant_angles, extract_features, rectangles_in_frame, shrink
+from rectmerge.robust.features import extract_features, rectangles_in_frame, shrink
 from rectmerge.robust.params import Params
 from tests import drawing
 from tests.rectmerge.robust import naive, plans
@@ -179,36 +179,6 @@ def test_profile_energies_agree_with_a_slow_profile(points, angle, width):
     (energy,) = profile_energies(points, np.array([angle]), width)
 
     assert energy == pytest.approx(naive.profile_energy(points, angle, width, reach / width + 1), rel=1e-4)
-
-
-@pytest.mark.parametrize("degrees", [0, 7.3, 31, 44.5, 60, 88])
-def test_the_dominant_angle_is_the_one_the_building_was_turned_by(degrees):
-    features = extract_features(
-        MapCells.from_values(plans.see(plans.office(1), degrees=degrees, noise=1).grid.occupancy), PARAMS.prepare
-    )
-
-    assert features is not None
-    angle = math.degrees(dominant_angles(features, PARAMS.prepare)[0][0])
-    assert abs((angle + degrees + 45) % 90 - 45) < 0.3
-
-
-def test_two_wings_at_an_angle_have_two_dominant_angles():
-    features = extract_features(
-        MapCells.from_values(plans.see(plans.two_wings(0), degrees=10).grid.occupancy), PARAMS.prepare
-    )
-
-    assert features is not None
-    (first, strong), (second, weaker), *rest = dominant_angles(features, PARAMS.prepare)
-    assert sorted(math.degrees(angle) % 90 for angle in (first, second)) == pytest.approx([20, 80], abs=0.5)
-    assert weaker >= 0.5 * strong
-    assert all(contrast < 0.5 * strong for _, contrast in rest)
-
-
-def test_there_is_always_a_dominant_angle():
-    features = extract_features(MapCells.from_values(np.array([[0, 100]], np.int8)), PARAMS.prepare)
-
-    assert features is not None
-    assert len(dominant_angles(features, PARAMS.prepare)) == 1
 
 
 @given(

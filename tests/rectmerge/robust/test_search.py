@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from rectmerge.analysis.overlap import measure_agreement
-from rectmerge.robust.features import dominant_angles, rectangles_in_frame
+from rectmerge.robust.directions import direction_energies, dominant_angles
+from rectmerge.robust.features import rectangles_in_frame
 from rectmerge.robust.params import Params
 from rectmerge.robust.proposal import propose_all_round, propose_by_correlation, propose_by_rectangles, propose_rivals
 from rectmerge.robust.ranking import rank, rerank
@@ -105,12 +106,14 @@ def test_every_shift_finds_the_truth_without_a_rectangle():
     assert plans.is_right(as_similarity(to_pixels(ranking.placements[0], working.a, working.b)), a, b)
 
 
-@pytest.mark.parametrize("off", [0.0, 0.4])
-def test_angles_all_round_find_the_truth_whatever_the_strongest_direction(off):
+@pytest.mark.parametrize("off_deg", [9, 12, 23])  # between two angles that are tried, on one, and near one
+def test_angles_all_round_find_the_truth_whatever_the_strongest_direction(off_deg):
     a, b = pair(noise=1, cut=0.6)
     working, _ = searched(a, b, bounds=(0.5, 2.0))
+    energies = [direction_energies(each, PARAMS.prepare) for each in (working.a, working.b)]
 
-    ranking = rank(working, propose_all_round(replace(working, angle=working.angle + off)))
+    placements = propose_all_round(replace(working, angle=working.angle + np.radians(off_deg)), *energies)
+    ranking = rank(working, placements)
 
     assert plans.is_right(as_similarity(to_pixels(ranking.placements[0], working.a, working.b)), a, b)
 
