@@ -87,6 +87,7 @@ class Evidence:
         self._witness = witness
         self._measured: dict[Pair, list[tuple[ComplexSimilarity, float]]] = {}
         self.candidates: dict[Pair, Sequence[PairCandidate]] = {}
+        self.repeated: set[Pair] = set()  # of maps of a place that repeats itself
         self._stacks: dict[Pair, _Stack] = {}
         self._mirror: dict[Pair, float] = {}
         self._partners: list[set[int]] = [set() for _ in maps]
@@ -95,6 +96,8 @@ class Evidence:
         """Add the answer of a pair; it places the first map on the second if swapped."""
         candidates = []
         odds, has_bonus = log_odds(alignment, self.params)
+        if not has_bonus:
+            self.repeated.add(pair)
         first, second = (self.maps[index] for index in pair)
         for rank, (candidate, alone) in enumerate(zip(alignment.candidates, odds, strict=True)):
             placement = ComplexSimilarity.from_similarity(candidate.pixels)
@@ -119,7 +122,7 @@ class Evidence:
         """List the asked pairs of a map on the left with one on the right."""
         ours, theirs = set(left), set(right)
         fewer, more = sorted((ours, theirs), key=len)
-        return sorted((min(i, j), max(i, j)) for i in fewer for j in self._partners[i] & more)
+        return sorted({(min(i, j), max(i, j)) for i in fewer for j in self._partners[i] & more})
 
     def overlap(self, pair: Pair, placement: ComplexSimilarity) -> float:
         """Measure the overlap of a pair under a placement of its second map on its first."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from rectmerge.fleet.complex_similarity import ComplexSimilarity, Points, rms
-from rectmerge.fleet.evidence import Evidence, Pair, PairCandidate
+from rectmerge.fleet.evidence import Evidence, Pair, PairCandidate, Support
 from rectmerge.fleet.params import FleetParams
 
 
@@ -62,7 +62,7 @@ class JoinScorer:
 
     def offer(self, left: Sequence[int], right: Sequence[int], pairs: Sequence[Pair]) -> Join | None:
         """Return the best placement of one part on another by the pairs between them, with its odds against others."""
-        proposals = self._proposals(left, right, pairs)
+        proposals = self.proposals(left, right, pairs)
         if not proposals:
             return None
         scored = [self._score(placement, pairs, set(left)) for placement in proposals]
@@ -89,11 +89,11 @@ class JoinScorer:
         pairs = self.evidence.between(left, right)
         nats = [
             self._score(placement, pairs, set(left))[0]
-            for placement in self._proposals(left, right, pairs, first=ComplexSimilarity())
+            for placement in self.proposals(left, right, pairs, first=ComplexSimilarity())
         ]
         return nats[0] - math.log(len(left) * len(right)) - float(np.logaddexp.reduce([0.0, *nats[1:]]))
 
-    def _proposals(
+    def proposals(
         self,
         left: Sequence[int],
         right: Sequence[int],
@@ -127,22 +127,32 @@ class JoinScorer:
         return [placement for placement, _ in kept]
 
     def _score(
-        self, placement: ComplexSimilarity, pairs: Sequence[Pair], left: set[int]
+        self, placement: ComplexSimilarity, pairs: Sequence[Pair], left: Collection[int]
     ) -> tuple[float, tuple[PairCandidate, ...]]:
         """Return the nats of a placement of the right component on the left, and the candidates that agree.
 
         The maps of a component show the same walls, so an alias that fits one of them fits all: agreements bring their
         own odds, but the bonus counts once. And one pair has to be probable by itself.
         """
-        total, agreeing = 0.0, []
-        for pair in pairs:
-            first, second = (self.poses[index] if index in left else placement @ self.poses[index] for index in pair)
-            nats, candidate = self.evidence.support(pair, first.inverse() @ second)
-            total += nats
-            if candidate is not None:
-                agreeing.append(candidate)
+        supports = self._supports(placement, pairs, left)
+        agreeing = tuple(support.candidate for support in supports if support.candidate is not None)
         bonuses = [candidate.bonus for candidate in agreeing]
-        total -= sum(bonuses) - (max(bonuses) if len(bonuses) > 1 else 0.0)
+        total = sum(support.nats for support in supports) - (sum(bonuses) - (max(bonuses) if len(bonuses) > 1 else 0.0))
         if max((candidate.alone for candidate in agreeing), default=-math.inf) < self.params.join.needs:
             total = min(total, 0.0)
-        return total, tuple(agreeing)
+        return total, agreeing
+
+    def nats_of(self, placement: ComplexSimilarity, pairs: Sequence[Pair], left: Collection[int]) -> float:
+        """Return the nats of a placement of the right component on the left, however few a single pair gives."""
+        return sum(
+            nats - (0.0 if candidate is None else candidate.bonus)
+            for nats, candidate in self._supports(placement, pairs, left)
+        )
+
+    def _supports(self, placement: ComplexSimilarity, pairs: Sequence[Pair], left: Collection[int]) -> list[Support]:
+        """Return the support of each pair for a placement of the right component on the left."""
+        supports = []
+        for pair in pairs:
+            first, second = (self.poses[index] if index in left else placement @ self.poses[index] for index in pair)
+            supports.append(self.evidence.support(pair, first.inverse() @ second))
+        return supports

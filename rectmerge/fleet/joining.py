@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
+from rectmerge.fleet.arranging import Arranger, repeated_groups
 from rectmerge.fleet.complex_similarity import ComplexSimilarity
 from rectmerge.fleet.cuts import weak_cuts
 from rectmerge.fleet.evidence import Evidence, Pair, relative
@@ -51,6 +52,7 @@ class Joining:
         self._offers: dict[Pair, Join | None] = {}
         self._undone: set[tuple[tuple[int, ...], tuple[int, ...]]] = set()
         self._held = {index for poses in start for index in poses}
+        self._arranged: dict[tuple[int, ...], float] = {}  # log-odds by the maps that were arranged together
         for poses in start:
             for index, pose in poses.items():
                 del self.members[index]
@@ -72,6 +74,9 @@ class Joining:
         else:
             while self._reconsider_all(is_cut_only=True):
                 pass
+        for group in repeated_groups(list(self.members.values()), self.evidence.repeated):
+            if self._held.isdisjoint(index for members in group for index in members):
+                self._arrange(group)
         for members in self.members.values():
             for _ in range(self.params.place.passes):
                 self._refine(members)
@@ -86,6 +91,21 @@ class Joining:
                     self._forget(best.left[0], best.right[0])
                 continue
             self._make(best)
+
+    def _arrange(self, group: Sequence[tuple[int, ...]]) -> None:
+        """Join components of a place that repeats itself, which no join decides, if all their pairs at once do."""
+        arranger = Arranger(self.evidence, self.poses, self.params)
+        found = arranger.arrangements(group)
+        while found and self._ask(arranger.unasked(found[0])):
+            found = arranger.arrangements(group)
+        odds = arranger.log_odds(found)
+        if odds < self.params.join.accept_log_odds:
+            return
+        together = group[0]
+        for members, placement in list(found[0].placements.items())[1:]:
+            self._make(Join(together, members, placement, odds, ()), is_refined=False)
+            together = tuple(sorted(together + members))
+        self._arranged[together] = odds
 
     def _reconsider_all(self, *, is_cut_only: bool = False) -> bool:
         """Reconsider every component once; return whether one has changed."""
@@ -143,8 +163,12 @@ class Joining:
         return nats
 
     def cut_log_odds(self, left: Sequence[int], right: Sequence[int]) -> float:
-        """Return the log-odds that two parts of a component lie right to each other; see `JoinScorer`."""
-        return self._scorer.cut_log_odds(left, right)
+        """Return the log-odds that two parts of a component lie right to each other; see `JoinScorer`.
+
+        Of an arrangement they are no less than its own.
+        """
+        arranged = self._arranged.get(tuple(sorted([*left, *right])), -math.inf)
+        return max(arranged, self._scorer.cut_log_odds(left, right))
 
     def take(self, pair: Pair) -> None:
         """Join two maps by the best candidate of their pair, whatever else is known."""
@@ -217,7 +241,7 @@ class Joining:
                     is_new = True
         return is_new
 
-    def _make(self, join: Join) -> None:
+    def _make(self, join: Join, *, is_refined: bool = True) -> None:
         """Join two components."""
         together = tuple(sorted(join.left + join.right))
         for index in join.right:
@@ -226,7 +250,7 @@ class Joining:
         self._forget(join.left[0], join.right[0])
         self._gather(together)
         self.joins.append(join)
-        if len(together) > 2:
+        if is_refined and len(together) > 2:
             self._refine(together)
 
     def _gather(self, members: tuple[int, ...]) -> None:
