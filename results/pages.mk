@@ -45,7 +45,7 @@ results-storeys:
 results-fleets:
 	$(RECTBENCH) generate fleet-3 -o $(SETS)/fleet-3
 	$(RECTBENCH) generate fleet-8 -o $(SETS)/fleet-8
-	$(RECTBENCH) generate fleet-repetitive --seed 7 -o $(SETS)/fleet-repetitive
+	$(RECTBENCH) generate fleet-repetitive --seed 11 -o $(SETS)/fleet-repetitive
 	$(RECTBENCH) fleets $(SETS)/fleet-3 $(SETS)/fleet-8 $(SETS)/fleet-repetitive -o results/fleets
 
 results-headline:
