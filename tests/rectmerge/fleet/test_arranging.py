@@ -51,17 +51,29 @@ def home() -> Fleet:
     return fleet(1, home=4, other=0)
 
 
-def test_maps_that_no_join_decides_are_arranged_where_most_pairs_agree(home, monkeypatch):
-    clear = [("home0", "home1"), ("home1", "home2"), ("home2", "home3"), ("home0", "home2")]
-    method = InRows(home, leads={**dict.fromkeys(clear, 1.5), ("home1", "home3"): 0.7, ("home0", "home3"): 0.7})
+CLEAR = [("home0", "home1"), ("home1", "home2"), ("home2", "home3"), ("home0", "home2")]
+LEADS = {**dict.fromkeys(CLEAR, 1.5), ("home1", "home3"): 0.7, ("home0", "home3"): 0.7}
 
-    graph = align_many(home.maps, method=method)
+
+def test_maps_that_no_join_decides_are_arranged_where_most_pairs_agree(home, monkeypatch):
+    graph = align_many(home.maps, method=InRows(home, leads=LEADS))
     monkeypatch.setattr(joining, "repeated_groups", lambda *_: [])
-    without = align_many(home.maps, method=method)
+    without = align_many(home.maps, method=InRows(home, leads=LEADS))
 
     assert members(graph) == {frozenset(NAMES)} != members(without)
     assert worst_error(home, graph) < 0.02
     assert min(placement.confidence for placement in graph.placements.values()) >= 0.85
+
+
+def test_the_order_of_the_maps_changes_no_arrangement(home):
+    graphs = [
+        align_many({name: home.maps[name] for name in order}, method=InRows(home, leads=LEADS))
+        for order in (NAMES, NAMES[::-1])
+    ]
+    of_two = [graph.placements["home3"].pixels.inverse() @ graph.placements["home0"].pixels for graph in graphs]
+
+    assert members(graphs[0]) == members(graphs[1])
+    np.testing.assert_allclose(of_two[0].apply([[0, 0], [100, 50]]), of_two[1].apply([[0, 0], [100, 50]]), atol=1e-6)
 
 
 def test_maps_of_rooms_that_are_all_alike_stay_apart(home):
