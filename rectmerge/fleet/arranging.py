@@ -57,7 +57,12 @@ class Arranger:
     params: FleetParams
 
     def arrangements(self, components: Sequence[Members]) -> list[Arrangement]:
-        """List probable arrangements of all components in the frame of the first, the best first."""
+        """List probable arrangements of all components in the frame of the first, the best first.
+
+        None where no arrangement of them can be probable enough to be taken.
+        """
+        if self._most(components) < self.params.join.accept_log_odds:
+            return []
         level = [Arrangement({components[0]: ComplexSimilarity()}, sum(map(self._inside, components)))]
         for _ in components[1:]:
             longer = [one for each in level for other in components for one in self._with(each, other)]
@@ -93,6 +98,12 @@ class Arranger:
         return [
             pair for pair in pairs if self.evidence.overlap(pair, poses[pair[0]].inverse() @ poses[pair[1]]) >= least
         ]
+
+    def _most(self, components: Sequence[Members]) -> float:
+        """Return no less than the nats of any arrangement: every pair gives its best candidate's at most, or none."""
+        maps = [index for members in components for index in members]
+        candidates = (self.evidence.candidates[pair] for pair in self.evidence.between(maps, maps))
+        return sum(max((one.alone for one in each if one.alone > 0), default=0.0) for each in candidates)
 
     def _inside(self, members: Members) -> float:
         """Return the nats of a component as it is."""

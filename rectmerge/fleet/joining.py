@@ -75,7 +75,8 @@ class Joining:
             while self._reconsider_all(is_cut_only=True):
                 pass
         for group in repeated_groups(list(self.members.values()), self.evidence.repeated):
-            if self._held.isdisjoint(index for members in group for index in members):
+            maps = {index for members in group for index in members}
+            if self._held.isdisjoint(maps) and len(maps) <= self.params.arrange.most_maps:
                 self._arrange(group)
         for members in self.members.values():
             for _ in range(self.params.place.passes):

@@ -100,7 +100,8 @@ class PlaceParams(Group):
 class ArrangeParams(Group):
     """Arrangement of components that no join decides."""
 
-    beam: int = param(16, "arrangements", "hand, no data; trades time for exactness")  # of each number of components
+    beam: int = param(8, "arrangements", "hand, no data; trades time for exactness")  # of each number of components
+    most_maps: int = param(12, "maps", "hand, no data; trades recall for time")  # of the components arranged together
     margin: float = param(2.0, "nats", WARDS)  # by which the best leads, beside the odds of a join
 
 
