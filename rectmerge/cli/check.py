@@ -42,7 +42,7 @@ def check(
     grid_a, grid_b = read_maps(reading.pair(a, b))
     judged = judge(grid_a, grid_b, placement, method=method, scale=scale, seed=solving.seed)
     if json:
-        moved = displacement_cells(grid_b, placement, judged.candidates[0].pixels) if judged.candidates else 0.0
+        moved = displacement_cells(grid_b, placement, judged.candidates[0].pixels) if judged.candidates else None
         typer.echo(to_json(to_json_dict(judged, grid_a, grid_b) | {"moved_cells": moved}))
     else:
         console.tell("\n".join([describe(judged, is_given=True), *describe_check(judged, grid_b, placement)]))

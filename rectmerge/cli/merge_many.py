@@ -64,8 +64,9 @@ class FleetOptions:
         if self.reference is not None or self.all_or_nothing:
             option = "--all-or-nothing" if self.reference is None else "--reference"
             raise InputError(f"{option} is for more than two maps; of two, A's frame is kept")
-        if self.cluster is not None:
-            raise InputError("--cluster is for more than two maps; two are aligned in this process")
+        if self.cluster is not None or self.workers is not None:
+            option = "--workers" if self.cluster is None else "--cluster"
+            raise InputError(f"{option} is for more than two maps; two are aligned in this process")
 
     @contextmanager
     def executor(self) -> Iterator[Executor | None]:

@@ -27,8 +27,8 @@ def trace(
     Writes figure-02.png to figure-12.png, table-1.md, trace.md and alignment.json. Ends with status 0 if the method
     accepts its answer, else 1; maps that do not meet a condition of the paper's conclusion are refused with status 1.
     """
-    from rectmerge.cli.map_options import read_maps
-    from rectmerge.io.atomic_file import replace_files
+    from rectmerge.cli.map_options import input_files, read_maps
+    from rectmerge.io.atomic_file import replace_files, require_other
     from rectmerge.io.image_file import encode_image
     from rectmerge.io.json_text import to_json
     from rectmerge.paper.figures import FIGURES, draw_figures
@@ -39,7 +39,12 @@ def trace(
     names = [*FIGURES, "table-1.md", "trace.md", "alignment.json"]
     if (held := [name for name in names if (output / name).exists()]) and not force:
         raise InputError(f"{output}: holds results ({held[0]}); name another folder, or --force replaces them")
-    grid_a, grid_b = read_maps(reading.pair(a, b))
+    inputs = reading.pair(a, b)
+    for name in names:
+        require_other(output / name, input_files(inputs))
+    if output.exists() and not output.is_dir():
+        raise InputError(f"{output}: is not a folder; name another with -o")
+    grid_a, grid_b = read_maps(inputs)
     try:
         traced = trace_method(grid_a, grid_b, method=choose_method(method, fields or []))
     except ConditionError as condition:
@@ -50,7 +55,10 @@ def trace(
     files["table-1.md"] = f"{neighbours_table(traced.rmaps[0])}\n".encode()
     files["trace.md"] = f"{table}\n".encode()
     files["alignment.json"] = f"{to_json(to_json_dict(traced.alignment, grid_a, grid_b))}\n".encode()
-    output.mkdir(parents=True, exist_ok=True)
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{output}: cannot be written: {error.strerror}; name another folder with -o") from None
     replace_files({output / name: data for name, data in files.items()})
     typer.echo(
         f"{table}\n\n{traced.alignment.verdict}: {traced.alignment.reason}\nwritten: {len(files)} files in {output}"

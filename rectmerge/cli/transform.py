@@ -148,7 +148,8 @@ def _print_pair(folder: Path, options: _Options) -> None:
     text = placement.format(options.form, parent=frame_a, child=frame_b)
     _note(_notes(placement, has_scale=options.form == "matrix"))
     if bend is not None and options.place is None:
-        moved = file.record["unbent"]["largest_move"] * bend.cell_size
+        with file.explain_errors():
+            moved = file.record["unbent"]["largest_move"] * bend.cell_size
         _note([_bent_by("map B", f"{moved:.3g} {bend.unit}")])
     console.tell(text)
 

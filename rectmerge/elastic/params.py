@@ -90,7 +90,7 @@ class AcceptanceParams(Group):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BendParams(Group):
-    """All parameters of `rectmerge.elastic.bend.unbend`."""
+    """All parameters of `rectmerge.elastic.unbend.unbend`."""
 
     faces: FaceParams = field(default_factory=FaceParams)
     fit: FitParams = field(default_factory=FitParams)

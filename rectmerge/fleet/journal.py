@@ -87,9 +87,9 @@ class Journal:
             raise InputError(f"{self.path}: cannot be read: {error}; remove it to begin anew") from error
         head, *lines = text.split("\n")[:-1] or [""]
         try:
-            if json.loads(head or "{}").get("settings") != self._settings:
+            if head and json.loads(head)["settings"] != self._settings:
                 return {}
             entries = [json.loads(line) for line in lines]
             return {(entry["pair"][0], entry["pair"][1]): read_alignment(entry["alignment"]) for entry in entries}
-        except (ValueError, TypeError, KeyError, AttributeError, IndexError) as error:
+        except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
             raise InputError(f"{self.path}: not the journal of a merge: {error}; remove it to begin anew") from error

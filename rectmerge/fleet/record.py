@@ -16,11 +16,11 @@ from rectmerge.analysis.shared_area import SAMPLED_CELLS, SharedArea
 from rectmerge.elastic.bend import Bend
 from rectmerge.elastic.transform import BentTransform
 from rectmerge.errors import InputError
-from rectmerge.fleet.graph import AlignmentGraph
+from rectmerge.fleet.graph import SCHEMA, AlignmentGraph
 from rectmerge.grid import OccupancyGrid
 from rectmerge.io.atomic_file import resolve_links
 from rectmerge.results.alignment_json import FLEET_NAME, explain_errors
-from rectmerge.results.folder import BEND_NAME
+from rectmerge.results.folder import BEND_NAME, note_interrupted
 from rectmerge.results.inputs import saved_input
 from rectmerge.results.saved_bend import bend_of
 from rectmerge.similarity import Similarity
@@ -129,6 +129,8 @@ class FleetFile:
         """Return the ``fleet.json`` that a path names, itself or its folder; None where there is none."""
         for file in (path, path / FLEET_NAME):
             try:
+                if file.name == FLEET_NAME:
+                    note_interrupted(file.parent)
                 if file.name == FLEET_NAME and file.is_file():
                     return file
             except OSError:  # a name too long
@@ -174,18 +176,14 @@ class FleetFile:
         InputError
             If the file cannot be read, or `rectmerge merge` did not write it.
         """
-        try:
+        with explain_errors(path):
             record = json.loads(path.read_text(encoding="utf-8"))
+            if record["schema"] != SCHEMA:
+                raise ValueError(f"its schema is {record['schema']!r:.60}, not {SCHEMA!r}")
             placements = tuple(
                 _placement(record, name, names[0]) for names in record["components"] for name in names[1:]
             )
             left_out = {str(name): str(reason) for name, reason in record["left_out"].items()}
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-        except KeyError as error:
-            raise InputError(f"{path}: not an answer of rectmerge merge: there is no {error}; merge again") from None
-        except (ValueError, TypeError, AttributeError, IndexError, RecursionError) as error:
-            raise InputError(f"{path}: not an answer of rectmerge merge: {error}; merge again") from None
         return cls(path, placements, left_out, record)
 
 

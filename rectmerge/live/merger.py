@@ -61,7 +61,7 @@ class LiveMerger:
         self.reference = reference
         self._ask = PairAsker(chosen, scale, seed, is_checked=True)
         self._params = params
-        self._earlier = memory or Memory("", {})
+        self._earlier = Memory("", {}) if memory is None else Memory(memory.reference, dict(memory.placements))
         self._maps: dict[str, RobotMap] = {}
         self._faults: dict[str, str] = {}  # of robots that have sent no usable map yet
         self._tracks: dict[str, Track] = {}
@@ -75,9 +75,13 @@ class LiveMerger:
 
     @property
     def memory(self) -> Memory:
-        """Reference and published placements, for a later run."""
-        published = {robot: track.published for robot, track in self._tracks.items() if track.published is not None}
-        return Memory(self.reference, published)
+        """Reference and published placements, for a later run; those of an earlier one too, unless contradicted."""
+        earlier = self._earlier.placements if self._earlier.reference == self.reference else {}
+        return Memory(self.reference, {**earlier, **self._published})
+
+    @property
+    def _published(self) -> dict[str, Similarity]:
+        return {robot: track.published for robot, track in self._tracks.items() if track.published is not None}
 
     def update(self, robot: str, newest: OccupancyGrid | RectMergeError) -> None:
         """Take the newest map of a robot in place of an earlier one, or the reason why its message is no map."""
@@ -108,7 +112,7 @@ class LiveMerger:
             named = {robot: grid for robot, grid in considered.items() if grid is not None}
             self._graph = build_graph(named, self._ask, earlier=self._graph)
             events += self._judge(self._graph)
-        placements = self.memory.placements
+        placements = self._published
         return Publication(
             reference=self.reference,
             grid=self._compose(placements),
@@ -148,6 +152,7 @@ class LiveMerger:
             change = track.refuse({name: each.version for name, each in self._maps.items()}, self._params)
             if change is None:
                 return []
+            self._earlier.placements.pop(robot, None)
             return [Event(robot, self.reference, change, f"newer maps say no: {self._why_not(robot, graph)}")]
         rests_on = {name for pair in placement.rests_on for name in pair}
         versions = {name: self._maps[name].version for name in sorted(rests_on)}

@@ -164,7 +164,7 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
         placed = {robot: published.transform(robot).rigid for robot in published.placements}
         if published.reference in published.maps:
             placed[published.reference] = Similarity()
-        now = {robot: (self._child(robot, notes), place) for robot, place in placed.items()}
+        now = {robot: (self._child(robot), place) for robot, place in placed.items()}
         if now != self._sent:
             messages = [transform_message(place, self.settings.frame, child, stamp) for child, place in now.values()]
             for message in messages:
@@ -199,7 +199,7 @@ class MergerNode(Node):  # type: ignore[misc] # rclpy has no types
         others = [other for other, name in self._frames.items() if name == frame and other != robot]
         return f"that of {others[0]} as well" if others else ""
 
-    def _child(self, robot: str, notes: dict[str, list[str]]) -> str:
+    def _child(self, robot: str) -> str:
         return f"{robot}/map" if self._shared_frame(robot) else self._frames[robot]
 
     def _static_tf(self) -> tuple[Any, Any] | None:

@@ -26,7 +26,7 @@ def read_bend(file: AlignmentFile) -> BentTransform | None:
         return bend_of(json.loads((file.folder / BEND_NAME).read_text(encoding="utf-8")), file.record["b_to_a"])
 
 
-def bend_of(content: Mapping[str, Any], placed: Mapping[str, float]) -> BentTransform:
+def bend_of(content: Mapping[str, Any], placed: Mapping[str, Any]) -> BentTransform:
     """Take a bend from the content of ``unbend.json``.
 
     Parameters
@@ -42,6 +42,7 @@ def bend_of(content: Mapping[str, Any], placed: Mapping[str, float]) -> BentTran
         If the bend is of another merge; other errors of unusable content as `explain_errors` takes them.
     """
     bend = BentTransform.from_dict(content)
-    if (bend.b_to_a.scale, bend.b_to_a.angle) != (placed["scale"], placed["angle_rad"]):
+    own = bend.b_to_a
+    if [own.scale, own.angle, own.tx, own.ty] != [placed["scale"], placed["angle_rad"], *placed["translation"]]:
         raise ValueError("it is of another merge")
     return bend

@@ -27,9 +27,10 @@ from scenarios.leaderboard.submission import (
 )
 from scenarios.scoring.row import Row
 
-SAME = ("related", "stratum", "place", "outcome", "checked_outcome", "verdict")
+SAME = ("related", "stratum", "place", "outcome", "checked_outcome", "verdict", "grades")
 ERROR_WITHIN_PX = 0.05  # cells: processors round differently; `rectbench compare` takes smaller errors for equal
 CONFIDENCE_WITHIN = 0.01  # hand, no data: the second digit
+SHARE_WITHIN = 0.001  # of an error over the extent, and of an overlap
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,9 +117,11 @@ def _changes(handed_in: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[s
     for key in SAME:
         if handed_in[key] is not None and handed_in[key] != now[key]:
             yield f"{key} was {handed_in[key]}, is {now[key]}"
-    errors = [(row["errors"] or {}).get("e_px") for row in (handed_in, now)]
+    errors, relative = ([(row["errors"] or {}).get(key) for row in (handed_in, now)] for key in ("e_px", "e_over_l"))
     for key, (was, found), within in (
         ("e_px", errors, ERROR_WITHIN_PX),
+        ("e_over_l", relative, SHARE_WITHIN),
+        ("overlap", (handed_in["overlap"], now["overlap"]), SHARE_WITHIN),
         ("confidence", (handed_in["confidence"], now["confidence"]), CONFIDENCE_WITHIN),
     ):
         if was is not None and (found is None or abs(was - found) > within):

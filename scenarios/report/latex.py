@@ -8,7 +8,10 @@ from scenarios.report.reading import TrackResults
 from scenarios.report.standings import as_cells, standings
 
 COLUMNS = ("right and accepted", "best right", "wrong", "false merges", "AURC", "ECE", "e, cells", "CPU s")
-ESCAPED = str.maketrans({"%": r"\%", "_": r"\_", "&": r"\&", "#": r"\#"})
+ESCAPED = str.maketrans(
+    {sign: rf"\{sign}" for sign in "%_&#${}"}
+    | {"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"}
+)
 
 
 def latex(tracks: Sequence[TrackResults]) -> str:
@@ -18,8 +21,8 @@ def latex(tracks: Sequence[TrackResults]) -> str:
 
 def _table(track_results: TrackResults) -> str:
     lines = [(line.label, as_cells(line)) for line in standings(track_results)]
-    rows = [" & ".join([label, *(cells[name][0] for name in COLUMNS)]).replace("%", r"\%") for label, cells in lines]
-    body = " \\\\\n    ".join(row.replace("_", r"\_").replace("#", r"\#") for row in rows)
+    rows = [[label, *(cells[name][0] for name in COLUMNS)] for label, cells in lines]
+    body = " \\\\\n    ".join(" & ".join(cell.translate(ESCAPED) for cell in row) for row in rows)
     heads = " & ".join(("method", *COLUMNS))
     pairs = len({row["pair_id"] for row in track_results.rows})
     return rf"""\begin{{table}}

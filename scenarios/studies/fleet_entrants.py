@@ -182,7 +182,7 @@ def _at_random(pair: MapPair, rng: np.random.Generator) -> Similarity:
 
 
 def _with_lie(answer: Alignment, lie: Similarity, a: OccupancyGrid, b: OccupancyGrid) -> Alignment:
-    """Return an answer that is sure of a placement, and has its own candidates behind it."""
+    """Return an answer that is sure of a placement, and has its own candidates but the best behind it."""
     sure = {"plausibility": LIE_LOG_ODDS, "mirror_log_odds": -LIE_LOG_ODDS, "is_at_limit": 0.0, "slack_cells": 0.0}
     confidence = 1 / (1 + math.exp(-LIE_LOG_ODDS))
     candidate = Candidate.from_pixels(lie, a, b, confidence=confidence, evidence=sure)

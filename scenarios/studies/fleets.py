@@ -111,12 +111,12 @@ def measure_fleet(fleet: Fleet) -> dict[str, Any]:
         "tree of robust, lied to": entrants.join_by_tree(entrants.ask_all(liar)),
     }
     if fleet.is_growing:
-        joined["joint, one by one"] = _grown(robust, list(maps), joined)
+        joined["joint, one by one"] = _grown(robust, list(maps))
     scores = {name: score_fleet(one, fleet.places, truth) for name, one in joined.items()}
     return {"suite": fleet.suite, "fleet_id": fleet.fleet_id, "group": _group(truth), "entrants": scores}
 
 
-def _grown(method: entrants.Remembered, names: Sequence[str], joined: dict[str, Any]) -> entrants.Joined:
+def _grown(method: entrants.Remembered, names: Sequence[str]) -> entrants.Joined:
     """Join maps that come one after the other, each time by the earlier answers."""
     graph: AlignmentGraph | None = None
     for count in range(2, len(names) + 1):

@@ -40,7 +40,7 @@ class Frontiers:
 
     Parameters
     ----------
-    ways
+    planner
         Path planner.
     seen
         Floor that it has seen; it grows while the robot drives.

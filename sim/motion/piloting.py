@@ -73,7 +73,7 @@ class Pilot:
     ----------
     guide
         Source of its goals.
-    ways
+    planner
         Path planner.
     steering
         Path-tracking controller.
@@ -136,7 +136,7 @@ class Pilot:
         if self._refuge is not None:
             return self._step_aside(self._refuge, pose, time)
         if self.is_done:
-            return self._make_room(pose, time)
+            return self._make_room(time)
         if self._way is None and not self._plan():
             return (0.0, 0.0) if self.is_done else self._back_off(time)
         assert self._way is not None
@@ -232,7 +232,7 @@ class Pilot:
         self._mark = (time, *self.position.tolist())
         return (0.0, 0.0) if is_there else self.steering.command(pose, refuge.target(self.position))
 
-    def _make_room(self, pose: NDArray[np.float64], time: float) -> tuple[float, float]:
+    def _make_room(self, time: float) -> tuple[float, float]:
         """Stand still, unless the other robot wants to pass."""
         other = self.other
         if other is not None and time >= self._next_detour and self._is_near(NEAR_M):

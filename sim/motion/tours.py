@@ -105,7 +105,7 @@ def choose_starts(
 
     Parameters
     ----------
-    drive, ways
+    drive, planner
         Drive field and path planner.
     apart
         Separation: 0 for side by side, 1 for as far as possible.
@@ -181,7 +181,7 @@ class Tour:
 
     Parameters
     ----------
-    ways
+    planner
         Path planner.
     stops
         Stops, in order.
@@ -252,7 +252,7 @@ def make_tour(
 
     Parameters
     ----------
-    ways
+    planner
         Path planner.
     stops
         Stops, in order.

@@ -80,6 +80,7 @@ def test_transform_of_maps_in_cells_gives_no_line_for_tf(merged_many, tmp_path, 
         ({"components": None}, "not an answer of rectmerge merge"),
         ({"placements": {}}, "there is no 'building_b'"),
         ({"components": [], "left_out": {}}, "no maps belong together"),
+        ({"schema": "rectmerge.fleet/0"}, "its schema is 'rectmerge.fleet/0'"),
     ],
 )
 def test_transform_names_what_is_wrong_with_a_file(merged_many, tmp_path, capsys, change, message):

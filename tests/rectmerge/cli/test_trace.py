@@ -2,6 +2,7 @@ import json
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from rectmerge.cli import console
 from rectmerge.cli import main as cli
@@ -43,6 +44,16 @@ def test_earlier_figures_are_replaced_only_when_asked(maps, tmp_path, capsys):
     assert run(*words) == console.BAD_INPUT
     assert "--force" in capsys.readouterr().err
     assert run(*words, "--force", "--method", "paper-repaired") == console.YES
+
+
+def test_a_map_that_a_figure_would_replace_and_a_file_in_place_of_the_folder_are_refused(maps, tmp_path, capsys):
+    Image.new("L", (40, 30), 254).save(tmp_path / "figure-02.png")
+    (tmp_path / "file").touch()
+
+    assert run(tmp_path / "figure-02.png", maps[1], "-o", tmp_path, "--force") == console.BAD_INPUT
+    assert "is an input, and would be replaced" in capsys.readouterr().err
+    assert run(*maps, "-o", tmp_path / "file") == console.BAD_INPUT
+    assert "is not a folder" in capsys.readouterr().err
 
 
 def test_a_map_that_misses_a_condition_is_refused_by_naming_it(maps, tmp_path, capsys):

@@ -6,8 +6,10 @@ import pytest
 from rectmerge.analysis.displacement import displacement_cells
 from rectmerge.errors import MapFileError
 from rectmerge.grid import FREE, OCCUPIED, OccupancyGrid, map_frame_to_pixels
+from rectmerge.live.memory import Memory
 from rectmerge.live.merger import LiveMerger
 from rectmerge.live.params import LiveParams
+from rectmerge.similarity import Similarity
 from tests.rectmerge.live.growing import B_IN_A, SHARES, A, B, growing, known_part
 
 OTHER = OccupancyGrid(np.pad(np.full((60, 90), FREE, np.int8), 1, constant_values=OCCUPIED), 0.05)  # an empty hall
@@ -127,6 +129,16 @@ def test_a_merger_that_is_started_again_needs_one_answer():
 
     assert published.reference == "robot1"  # though robot2 came first
     assert [event.change for event in published.events] == ["joined"]
+
+
+def test_a_merger_that_is_started_again_forgets_no_robot_that_has_not_come_back():
+    known = {"robot2": Similarity(1.0, 0.1, 2.0, 3.0), "robot3": Similarity(1.0, 0.2, 1.0, 1.0)}
+    merger = LiveMerger(memory=Memory("robot1", known))
+    merger.update("robot1", A)
+    published = merger.step()
+
+    assert published.placements == {}
+    assert merger.memory == Memory("robot1", known)
 
 
 def test_a_reference_that_is_named_is_waited_for():

@@ -100,7 +100,6 @@ def test_the_trace_has_every_match_in_plain_data():
     assert (turned["lambda_f_deg"], matched["lambda_f_deg"]) == (180, 0)
     assert (turned["ratio"], turned["cumulative_ratio"]) == (None, 1.0)
     assert len(matched["delta_a"]) == len(matched["delta_b"]) == 3
-    assert matched["min_j"] >= 0
     assert matched["cumulative_ratio"] == matched["ratio"]
     assert matched["rectangles_a"] > 3
     assert matched["triangles_a"] <= math.comb(20, 3)

@@ -61,8 +61,11 @@ def test_a_row_that_is_not_what_the_method_answers_is_named(submission, finished
     [
         ({"confidence": 0.755}, False),
         ({"confidence": 0.80}, True),
-        ({"errors": {"e_px": 1.04}}, False),
-        ({"errors": {"e_px": 1.06}}, True),
+        ({"errors": {"e_px": 1.04, "e_over_l": 0.0205}}, False),
+        ({"errors": {"e_px": 1.06, "e_over_l": 0.02}}, True),
+        ({"errors": {"e_px": 1.0, "e_over_l": 0.0}}, True),
+        ({"grades": ["right"] * 9}, True),
+        ({"overlap": 0.99}, True),
         ({"errors": None}, True),
         ({"checked_outcome": "error"}, True),
         ({"place": "elsewhere"}, True),
@@ -71,7 +74,7 @@ def test_a_row_that_is_not_what_the_method_answers_is_named(submission, finished
 )
 def test_what_counts_as_another_row(submission, changes, differs):
     row = next(row for row in submission.as_rows() if row["outcome"] == "right-accepted")
-    row = {**row, "confidence": 0.75, "errors": {"e_px": 1.0}}
+    row = {**row, "confidence": 0.75, "errors": {"e_px": 1.0, "e_over_l": 0.02}, "overlap": 0.5}
 
     assert bool(difference(row, {**row, **changes})) == differs
 
