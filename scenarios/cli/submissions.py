@@ -46,7 +46,7 @@ def verify_submission(
     """Do a submission's run again, print the rows that differ, and write it as verified where none does."""
     from scenarios.bench.run import Execution, RunCallbacks
     from scenarios.execution.executors import workplace
-    from scenarios.execution.files import write_json
+    from scenarios.execution.files import require_place, write_json
     from scenarios.leaderboard.submission import read_submission
     from scenarios.leaderboard.verification import plan_repetition, repeat
 
@@ -54,6 +54,7 @@ def verify_submission(
         raise InputError(f"{path}: to verify a submission, name its data set with --data-set DATASET")
     if output is not None:
         _refuse_existing(output, force=force)
+        require_place(output)
     submission = read_submission(path)
     plan = plan_repetition(submission, path, dataset, commands=commands, every=every)
     with progress(plan.row_count) as advance, workplace(workers, None) as (executor, in_flight):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,19 @@ def clear_folder(out: str | Path, names: Sequence[str], *, force: bool) -> Path:
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror}") from error
     return folder
+
+
+def require_place(file: str | Path) -> None:
+    """Make the folder of a file that comes after long work; refuse at once what could not be written then."""
+    path = Path(file)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from error
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; name a file with -o")
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: cannot be written: {path.parent} is read-only")
 
 
 def write_json(path: Path, content: Any) -> None:

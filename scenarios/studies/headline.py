@@ -16,6 +16,7 @@ from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
 from scenarios.bench.resume import read_machine
 from scenarios.bench.run import read_rows
+from scenarios.execution.files import require_place
 from scenarios.scoring.row import Row, checked_outcome, versions_line
 from scenarios.scoring.statistics import clustered_rate
 
@@ -105,9 +106,7 @@ def write_report(run: str | Path, out: str | Path) -> None:
         raise InputError(f"{folder}: its traces are of an earlier version; run the suite again")
     machine = read_machine(folder)
     settings = tomllib.loads((folder / "run.toml").read_text(encoding="utf-8"))
-    if Path(out).parent.is_file():
-        raise InputError(f"{out}: cannot be written")
-    Path(out).parent.mkdir(parents=True, exist_ok=True)
+    require_place(out)
     replace_file(Path(out), report(rows, settings, machine, name=Path(out).name).encode())
 
 

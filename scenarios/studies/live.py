@@ -19,6 +19,7 @@ from rectmerge.similarity import Similarity
 from scenarios.dataset.reader import RowSource, open_dataset
 from scenarios.dataset.rosbag import ROBOTS
 from scenarios.execution.executors import describe_machine
+from scenarios.execution.files import require_place
 from scenarios.pairs.exploring import explore
 from scenarios.pairs.pair import MapPair, PairSource
 from scenarios.pairs.truth import known_extent
@@ -95,6 +96,7 @@ def write_live(
     dataset: str | Path, out: Path, *, on_done: Callable[[LiveMission], None] = lambda mission: None
 ) -> None:
     """Replay every pair of a data set, and write the page."""
+    require_place(out)
     missions = []
     for source in open_dataset(dataset):
         missions.append(replay_mission(source))

@@ -16,6 +16,7 @@ from rectmerge.elastic.known_points import fit_to_points
 from rectmerge.io.atomic_file import replace_file
 from scenarios.dataset.reader import RowSource, open_dataset
 from scenarios.execution.executors import describe_machine
+from scenarios.execution.files import require_place
 from scenarios.pairs.pair import MapPair, PairSource
 from scenarios.pairs.truth import rms
 from scenarios.scoring.bends import CHANGE
@@ -167,6 +168,7 @@ def write_unbending(maps: str | Path, output: Path, *, on_done: Callable[[str], 
     on_done
         Called with the id of each source.
     """
+    require_place(output)
     pairs = list(measure(pair_sources(maps), on_done))
     replace_file(output, page(pairs, describe_machine()).encode())
 
