@@ -14,7 +14,7 @@ from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
 from scenarios.execution.files import clear_folder
 from scenarios.report.charts import COLOURS, MARKERS
-from scenarios.studies.headline import markdown
+from scenarios.scoring.markdown import markdown
 
 PAGE, PLOT = "README.md", "growth.svg"
 BENCH = "tests/bench/bench_growth.py"

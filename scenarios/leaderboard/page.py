@@ -10,8 +10,8 @@ from scenarios.leaderboard.prediction import OVERLAPS, kendall_tau, matched_over
 from scenarios.report.difficulty import leaders, leaders_line, leaders_map
 from scenarios.report.reading import TRACKS, Runs, TrackResults
 from scenarios.report.standings import as_cells, standings
+from scenarios.scoring.markdown import markdown
 from scenarios.scoring.row import versions_line
-from scenarios.studies.headline import markdown
 
 COLUMNS = (
     "right and accepted",

@@ -12,7 +12,7 @@ from rectmerge.errors import InputError
 from scenarios.bench.resume import RECORD, read_machine
 from scenarios.bench.run import DATASET, read_rows
 from scenarios.dataset.reader import RowSource, is_dataset, open_dataset
-from scenarios.scoring.row import Row
+from scenarios.scoring.row import Row, by_method
 
 TRACKS = {False: "unknown scale", True: "known scale"}
 
@@ -32,10 +32,7 @@ class TrackResults:
 
     def by_method(self) -> dict[str, list[Row]]:
         """Return the rows of each label, in order of first appearance."""
-        by_method: dict[str, list[Row]] = {}
-        for row in self.rows:
-            by_method.setdefault(row["method"], []).append(row)
-        return by_method
+        return by_method(self.rows)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, TypedDict, get_args
 
@@ -159,3 +159,11 @@ def versions_line(rows: Iterable[Row]) -> str:
         return ""
     named = ", ".join(f"`{suite}` version {version}" for suite, version in versions)
     return f"Suites: {named}. {VERSIONS_EXPLAINED}\n"
+
+
+def by_method(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Return the rows of each label, in order of first appearance."""
+    found: dict[str, list[Row]] = {}
+    for row in rows:
+        found.setdefault(row["method"], []).append(row)
+    return found

@@ -14,6 +14,7 @@ from scenarios.dataset.reader import RowSource, open_dataset
 from scenarios.pairs.pair import PairSource
 from scenarios.pairs.random_rescale import RescaledSource
 from scenarios.scoring.row import Row, is_best_right
+from scenarios.scoring.score import FAILURES
 from scenarios.suites.suite import load_suite
 
 RESCALES = 3  # turns and rescales of every unrelated pair of the hand-held maps
@@ -83,7 +84,7 @@ def count(rows: Sequence[Row]) -> Counter[str]:
     counts = Counter(str(row["outcome"]) for row in rows)
     counts["right"] = sum(is_right(row) for row in rows)
     counts["ambiguous"] = sum(counts[name] for name in ("ambiguous-with-truth", "ambiguous-without-truth"))
-    counts["failed"] = sum(counts[name] for name in ("error", "timeout", "out-of-memory"))
+    counts["failed"] = sum(counts[name] for name in FAILURES)
     return counts
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from rectmerge.errors import InputError
 from scenarios.bench.resume import RESULTS, SUMMARY, read_row_file
-from scenarios.scoring.score import Outcome
+from scenarios.scoring.score import FAILURES, Outcome
 from scenarios.scoring.statistics import clustered_difference
 from scenarios.scoring.summary import STRATA, strata_of
 from scenarios.studies.speed import SLOWER_AT_MOST, Key, SpeedRatio, Timed, compare_speed, machine_of
@@ -28,7 +28,7 @@ RIGHT_ANSWER: dict[str, tuple[Rate, ...]] = {  # by stratum, where the right ans
 ACCEPTED: tuple[Rate, ...] = (("right, accepted", ("right-accepted",), +1),)
 RATES: tuple[Rate, ...] = (
     ("wrong, accepted", ("wrong-accepted",), -1),
-    ("failed", ("error", "timeout", "out-of-memory"), -1),
+    ("failed", FAILURES, -1),
 )
 
 

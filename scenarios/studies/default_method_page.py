@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.scoring.markdown import markdown
 from scenarios.scoring.row import Row, versions_line
 from scenarios.scoring.statistics import clustered_rate
 from scenarios.studies.accuracy import count, grouped, is_right, median_error_px
-from scenarios.studies.headline import markdown
 from scenarios.studies.trust import answered
 
 CONFIDENCE_BINS = (0.0, 0.05, 0.35, 0.65, 0.9, 0.99, 1.0)

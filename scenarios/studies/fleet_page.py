@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.scoring.markdown import markdown
 from scenarios.scoring.statistics import Rate, clustered_rate
-from scenarios.studies.headline import markdown
 
 SHARED_FROM = 0.3  # overlap, from which a pair should end right
 Line = Mapping[str, Any]

@@ -17,6 +17,7 @@ from rectmerge.io.atomic_file import replace_file
 from scenarios.bench.resume import read_machine
 from scenarios.bench.run import read_rows
 from scenarios.execution.files import require_place
+from scenarios.scoring.markdown import markdown
 from scenarios.scoring.row import Row, checked_outcome, versions_line
 from scenarios.scoring.statistics import clustered_rate
 
@@ -277,10 +278,3 @@ Contenders {methods}, seed {settings["seed"]}, {settings["pairs"]} pairs. The ru
 {machine["processor"]}, {machine["cores"]} cores, {machine["system"]}, Python {machine["python"]}, {packages}; commit
 {machine["commit"] or "unknown"}.
 """
-
-
-def markdown(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Lay a table out as Markdown."""
-    lines = [heads, ["---"] * len(heads), *rows]
-    escaped = [[cell.replace("|", "\\|") for cell in line] for line in lines]
-    return "\n".join(f"| {' | '.join(line)} |" for line in escaped) + "\n"

@@ -23,8 +23,8 @@ from scenarios.execution.files import require_place
 from scenarios.pairs.exploring import explore
 from scenarios.pairs.pair import MapPair, PairSource
 from scenarios.pairs.truth import known_extent
+from scenarios.scoring.markdown import markdown
 from scenarios.scoring.score import RIGHT, grade, measure_errors
-from scenarios.studies.headline import markdown
 
 REFERENCE, OTHER = ROBOTS
 Maps = Mapping[str, OccupancyGrid]

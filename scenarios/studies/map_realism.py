@@ -15,7 +15,7 @@ from rectmerge.grid import UNKNOWN, OccupancyGrid
 from rectmerge.io.atomic_file import replace_file
 from scenarios.corruption import NoiseLevel
 from scenarios.dataset.contact_sheet import paletted_png
-from scenarios.studies.headline import markdown
+from scenarios.scoring.markdown import markdown
 from scenarios.studies.map_population import DescribedMap, MappedMission, real_population, values_of
 from scenarios.studies.noise_fit import TAILS, WORSE, aim_of, rank_among
 from scenarios.studies.real_or_simulated import Telling, halves_auc, tell_apart

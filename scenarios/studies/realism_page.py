@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.scoring.markdown import markdown
 from scenarios.studies.examination import Finding
-from scenarios.studies.headline import markdown
 
 PERCENTILES = (5, 25, 50, 75, 95)
 MEASURES = {  # by name: heading and format

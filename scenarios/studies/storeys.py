@@ -9,9 +9,10 @@ from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
 from scenarios.bench.resume import read_machine
 from scenarios.bench.run import read_rows
-from scenarios.scoring.row import Row, checked_outcome, versions_line
+from scenarios.scoring.markdown import markdown
+from scenarios.scoring.row import Row, by_method, checked_outcome, versions_line
+from scenarios.scoring.score import FAILURES
 from scenarios.scoring.statistics import clustered_rate
-from scenarios.studies.headline import markdown
 from scenarios.studies.trust import wrong_table
 
 SUITE = "storeys"
@@ -46,7 +47,7 @@ def page(rows: Sequence[Row], origin: str) -> str:
         changes_table(changed),
         "## Every wrong answer that was accepted\n",
     ]
-    for label, answers in _by_method(rows).items():
+    for label, answers in by_method(rows).items():
         parts += [f"By `{label}`:\n", wrong_table(answers)]
     return "\n".join(parts)
 
@@ -76,19 +77,12 @@ def changes_table(rows: Sequence[Row]) -> str:
 def _parts(rows: Sequence[Row]) -> list[tuple[str, str, list[Row]]]:
     """Return the rows of each method in all and by family, with both names."""
     parts = []
-    for label, answers in _by_method(rows).items():
+    for label, answers in by_method(rows).items():
         by_family: dict[str, list[Row]] = {"all": answers}
         for row in answers:
             by_family.setdefault(str((row["info"] or {}).get("family", "not made")), []).append(row)
         parts += [(label, name, part) for name, part in by_family.items()]
     return parts
-
-
-def _by_method(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    by_method: dict[str, list[Row]] = {}
-    for row in rows:
-        by_method.setdefault(row["method"], []).append(row)
-    return by_method
 
 
 def _left(rows: Sequence[Row]) -> tuple[str, str, str]:
@@ -97,7 +91,7 @@ def _left(rows: Sequence[Row]) -> tuple[str, str, str]:
     names = {
         "ambiguous": ("ambiguous-with-truth", "ambiguous-without-truth"),
         "rejected": ("rejected",),
-        "failed": ("error", "timeout", "out-of-memory"),
+        "failed": FAILURES,
     }
     ambiguous, rejected, failed = (str(sum(outcome in kinds for outcome in outcomes)) for kinds in names.values())
     return ambiguous, rejected, failed

@@ -13,10 +13,11 @@ from rectmerge.errors import InputError
 from rectmerge.io.atomic_file import replace_file
 from scenarios.bench.resume import read_machine
 from scenarios.bench.run import read_rows
+from scenarios.scoring.markdown import markdown
 from scenarios.scoring.row import Row, versions_line
+from scenarios.scoring.score import FAILURES
 from scenarios.scoring.statistics import clustered_rate
 from scenarios.studies.accuracy import is_right
-from scenarios.studies.headline import markdown
 
 METHOD = "robust"
 BINS = 10  # of equal count, for the calibration error
@@ -187,7 +188,7 @@ def _outcomes(rows: Sequence[Row]) -> tuple[str, ...]:
         "with": lambda row: row["outcome"] == "ambiguous-with-truth",
         "without": lambda row: row["outcome"] == "ambiguous-without-truth",
         "rejected": lambda row: row["outcome"] == "rejected",
-        "failed": lambda row: row["outcome"] in ("error", "timeout", "out-of-memory"),
+        "failed": lambda row: row["outcome"] in FAILURES,
     }
     hits = [row["outcome"] == "right-accepted" for row in rows]
     rate = str(clustered_rate(hits, [row["place"] for row in rows])) if rows else "-"

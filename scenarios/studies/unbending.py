@@ -20,8 +20,8 @@ from scenarios.execution.files import require_place
 from scenarios.pairs.pair import MapPair, PairSource
 from scenarios.pairs.truth import rms
 from scenarios.scoring.bends import CHANGE
+from scenarios.scoring.markdown import markdown
 from scenarios.scoring.row import VERSIONS_EXPLAINED
-from scenarios.studies.headline import markdown
 from scenarios.suites.suite import load_suite
 
 DATASETS = ("real_maps", "real_lasers")

@@ -20,7 +20,7 @@ import numpy as np
 
 from rectmerge.live.merger import LiveMerger
 from scenarios.execution.executors import describe_machine
-from scenarios.studies.headline import markdown
+from scenarios.scoring.markdown import markdown
 from tests.ros.domain import DOMAIN
 from tests.ros.fleet import Explorer, explore
 from tests.ros.listening import Listener
