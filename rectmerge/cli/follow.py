@@ -12,6 +12,7 @@ from rectmerge.cli.app import Json
 from rectmerge.cli.live_options import LiveOptions
 from rectmerge.cli.merge import Folder, Force
 from rectmerge.cli.method_options import MethodOptions
+from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
     from rectmerge.live.publication import Publication
@@ -49,6 +50,8 @@ def follow(
         if not json:
             _tell_events(step)
     last, record = steps[-1].published, to_json_dict(steps)
+    if last.reference and last.reference not in last.statuses:
+        raise InputError(f"--reference {last.reference} is none of the robots: {', '.join(last.statuses)}")
     files = {} if last.grid is None else merged_files(last.grid, "merged", shaded=bool(last.placements))
     files["follow.json"] = (to_json(record) + "\n").encode()
     written = folder.replace(files)

@@ -20,6 +20,8 @@ from rectmerge.cli.warm_up import compile_before_first_merge
 from rectmerge.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from rectmerge.composing.compose import CellsOf, Rule
     from rectmerge.elastic.bend import Bend
     from rectmerge.grid import OccupancyGrid
+    from rectmerge.results.inputs import Input
 
 Folder = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="The folder for the results.")]
 RULE_NAMES = "occupied, free, log-odds, evidence or newest"
@@ -143,6 +146,8 @@ def merge(
     inputs = reading.pair(a, b)
     folder = ResultFolder(output)
     folder.check(input_files(inputs), force=force)
+    if placing.earlier is not None:
+        _note_other_maps(placing.earlier, inputs)
     grid_a, grid_b = read_maps(inputs)
     if cells != "a" and grid_a.resolution is None:
         raise InputError(f"{a}: its resolution is not known: give --resolution-a, or keep --output-resolution a")
@@ -163,6 +168,18 @@ def merge(
     files = folder.write(record, pictures, merged, shaded=is_shaded, bend=bend)
     console.tell(to_json(record) if json else describe(alignment, files, certificate, bend=bend, is_shaded=is_shaded))
     raise typer.Exit(console.STATUS[alignment.verdict])
+
+
+def _note_other_maps(earlier: Path, inputs: Sequence[Input]) -> None:
+    """Say where an earlier merge, whose placement is taken, is of other maps."""
+    from rectmerge.io.atomic_file import resolve_links
+    from rectmerge.results.alignment_json import AlignmentFile
+    from rectmerge.results.inputs import recorded_inputs
+
+    known = recorded_inputs(AlignmentFile.read(earlier).path)
+    if known and [resolve_links(one.path) for one in known] != [resolve_links(one.path) for one in inputs]:
+        was = " and ".join(one.given for one in known)
+        console.note(f"rectmerge: {earlier}: is a merge of {was}; its placement is taken for other maps")
 
 
 def _refuse_for_many(

@@ -248,13 +248,15 @@ def _notes(placement: Transform, *, has_scale: bool) -> Iterator[str]:
 
 
 def _refuse(output: Path | None, points: Path, record: Path) -> None:
-    """Refuse to write over the inputs of the command or the results of the merge."""
+    """Refuse to write over the inputs of the command, or the maps and the results of the merge."""
+    from rectmerge.cli.map_options import input_files
     from rectmerge.io.atomic_file import require_other, resolve_links
     from rectmerge.results.folder import ResultFolder
+    from rectmerge.results.inputs import recorded_inputs
 
     if output is None:
         return
-    require_other(output, [points, record])
+    require_other(output, [points, record, *input_files(recorded_inputs(record))])
     if any(ResultFolder(folder).owns(output) for folder in (record.parent, resolve_links(record).parent)):
         raise InputError(f"{output}: is for a result of the merge; name another file with -o")
 

@@ -86,15 +86,20 @@ def _unbend(a: OccupancyGrid, b: OccupancyGrid, refused: Bend, params: BendParam
     apart = _upper_quartile(distances)
     evidence = BendEvidence(walls_before=apart)
     if apart < accept.min_distance_cells:
-        reason = f"the maps do not bend measurably: three in four of their walls lie within {apart:.1f} cells"
-        return replace(refused, reason=reason, evidence=evidence)
+        return replace(refused, reason=_unmeasurable(apart), evidence=evidence)
     board = Board.over(pair, accept.square * pair.diagonal)
     held = hold_back(fitting, board, accept)
     evidence = replace(evidence, held_back_cost=held.cost_ratio, gain_t=held.gain_t)
     min_gain_t = accept.min_gain_t if apart >= accept.clear_distance_cells else accept.unclear_gain_t
     if reason := _refusal(held, accept, min_gain_t):
+        if apart < AcceptanceParams().min_distance_cells:  # it was tried all the same
+            reason = _unmeasurable(apart)
         return replace(refused, reason=reason, evidence=evidence)
     return _fit(a, replace(refused, evidence=evidence), fitting, held, accept)
+
+
+def _unmeasurable(apart: float) -> str:
+    return f"the maps do not bend measurably: three in four of their walls lie within {apart:.1f} cells"
 
 
 def _fit(a: OccupancyGrid, refused: Bend, fitting: ElasticFit, held: HeldBack, accept: AcceptanceParams) -> Bend:

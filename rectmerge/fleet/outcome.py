@@ -49,12 +49,17 @@ def component_pictures(
     """Draw a component: its maps on each other, and where they contradict each other."""
     number = stem.removeprefix("merged")
     least = min(graph.placements[name].confidence for name in names)
-    title = f"{len(names)} maps on {names[0]}, confidence {math.floor(100 * least) / 100:.2f} or more"
+    title = f"{len(names)} maps on {names[0]}, confidence {floored(least)} or more"
     pixels = {
         name: map_frame_to_pixels(graph.placements[name].to_reference, maps[names[0]], maps[name]) for name in names
     }
     overlay = draw_many({name: maps[name] for name in names}, pixels, title=title)
     return {f"overlay{number}.png": overlay, f"conflict{number}.png": draw_conflict(composition)}
+
+
+def floored(confidence: float) -> str:
+    """Print a confidence in two digits, rounded down: 1.00 is none but certainty."""
+    return f"{math.floor(100 * confidence) / 100:.2f}"
 
 
 def graph_picture(graph: AlignmentGraph, maps: Mapping[str, OccupancyGrid]) -> Picture:
@@ -120,5 +125,5 @@ def _describe_placement(graph: AlignmentGraph, name: str, width: int) -> str:
     turn = math.degrees(math.remainder(place.angle, math.tau))
     return (
         f"{name:<{width}}  {turn:+.2f} deg, scale {placement.pixels.scale:.4f}, shift {place.tx:+.2f}, {place.ty:+.2f} "
-        f"{placement.unit}; confidence {placement.confidence:.2f}, {len(placement.rests_on)} pairs"
+        f"{placement.unit}; confidence {floored(placement.confidence)}, by {len(placement.rests_on)} of the pairs"
     )

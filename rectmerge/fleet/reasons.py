@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from rectmerge.alignment import Alignment
 from rectmerge.fleet.graph import PairAnswer, Status
@@ -61,7 +62,9 @@ def of_left_out(name: str, pairs: Mapping[tuple[str, str], PairAnswer], count: i
 
     def best(status: str) -> tuple[str, PairAnswer]:
         pair = max(by_status[status], key=lambda pair: _confidence(pairs[pair]))
-        return pair[1] if pair[0] == name else pair[0], pairs[pair]
+        answer = pairs[pair]
+        told = answer.reason.replace("map A", pair[0]).replace("map B", pair[1])
+        return pair[1] if pair[0] == name else pair[0], replace(answer, reason=told)
 
     more = ""
     if is_spent:

@@ -164,7 +164,9 @@ class LiveMerger:
         if result is None:
             return []
         change, moved = result
-        reason = f"{self._params.accepts} answers agree, on maps that changed between them"
+        reason = "one answer is enough"
+        if self._params.accepts > 1:
+            reason = f"{self._params.accepts} answers agree, on maps that changed between them"
         if change == "moved":
             reason = f"{reason}: {moved:.1f} cells from where it was"
         return [Event(robot, self.reference, change, reason, placement.confidence)]

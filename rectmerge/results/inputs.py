@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -143,6 +145,14 @@ def saved_input(entry: Mapping[str, Any], folder: Path) -> Input:
         strict=bool(entry["strict_thresholds"]),
         resolution=None if entry["resolution"] is None else float(entry["resolution"]),
     )
+
+
+def recorded_inputs(record: Path) -> list[Input]:
+    """List the input maps that the record of a merge names, of two maps or many; none where it is not whole."""
+    with contextlib.suppress(OSError, LookupError, TypeError, ValueError, AttributeError, RecursionError):
+        entries = json.loads(record.read_text(encoding="utf-8"))["inputs"].values()
+        return [saved_input(entry, resolve_links(record).parent) for entry in entries]
+    return []
 
 
 def _input(file: AlignmentFile, name: str, instead: Path | None) -> Input:

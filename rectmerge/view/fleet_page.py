@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rectmerge.drawing.many_maps import EDGE_LEGEND, WALLS
 from rectmerge.drawing.maps import Color
 from rectmerge.fleet.graph import AlignmentGraph, PairAnswer
-from rectmerge.fleet.outcome import DRAWN, headline
+from rectmerge.fleet.outcome import DRAWN, floored, headline
 from rectmerge.grid import OccupancyGrid
 from rectmerge.similarity import Similarity
 from rectmerge.view.embedding import package_text
@@ -52,7 +52,7 @@ def _component(graph: AlignmentGraph, names: Sequence[str], maps: Mapping[str, O
         corners.append(ends)
         items.append(
             f'<li><label><span class="swatch" style="background:{_hex(color)}"></span>{escape(name)} '
-            f'<span class="faint">confidence {math.floor(100 * place.confidence) / 100:.2f}</span><br>'
+            f'<span class="faint">confidence {floored(place.confidence)}</span><br>'
             f'<input type="range" min="0" max="1" step="0.05" value="0.8" data-layer="{key}"></label></li>'
         )
     left, top = np.min(np.concatenate(corners), axis=0)

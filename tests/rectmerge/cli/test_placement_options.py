@@ -52,13 +52,16 @@ def test_a_wrong_placement_by_hand_is_merged_as_well_but_not_praised(tmp_path):
     assert record(tmp_path)["confidence"] < 0.1
 
 
-def test_an_earlier_answer_places_maps_that_have_grown(tmp_path, alignment):
+def test_an_earlier_answer_places_maps_that_have_grown(tmp_path, alignment, capsys):
     run("merge", A, B, "-o", tmp_path / "first")
     grid = rm.read_map(B)
     grown = np.pad(grid.occupancy, ((7, 0), (0, 5)), constant_values=-1)  # rows above and columns to the right
     rm.write_map(rm.OccupancyGrid(grown, grid.resolution, grid.origin), tmp_path / "grown.yaml")
 
+    run("merge", A, B, "-o", tmp_path / "again", "--from", tmp_path / "first")
+    assert "is a merge of" not in capsys.readouterr().err
     run("merge", A, tmp_path / "grown.yaml", "-o", tmp_path / "second", "--from", tmp_path / "first")
+    assert f"is a merge of {A} and {B}; its placement is taken for other maps" in capsys.readouterr().err
 
     b_to_a = record(tmp_path / "second")["b_to_a"]
     assert b_to_a["translation"] == pytest.approx([alignment.b_to_a.tx, alignment.b_to_a.ty], abs=1e-6)

@@ -277,3 +277,16 @@ def test_a_no_is_told_with_its_reason_and_a_candidate_can_be_taken(tmp_path, mer
 def test_a_merge_of_two_maps_needs_no_name_of_a_map(merged, monkeypatch, capsys):
     assert rectmerge(monkeypatch, "transform", merged, "--map", "b") == 2
     assert "holds two maps; --map is for more" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["building_a.pgm", "building_b.yaml"])
+def test_points_are_not_written_over_a_map_of_the_merge(tmp_path, monkeypatch, capsys, name):
+    for file in ("building_a.pgm", "building_a.yaml", "building_b.pgm", "building_b.yaml", "waypoints_b.csv"):
+        shutil.copy(drawing.DATA / file, tmp_path)
+    rectmerge(monkeypatch, "merge", tmp_path / "building_a.yaml", tmp_path / "building_b.yaml", "-o", tmp_path / "out")
+    before = (tmp_path / name).read_bytes()
+
+    words = ("transform", tmp_path / "out", "--points", tmp_path / "waypoints_b.csv", "-o", tmp_path / name)
+    assert rectmerge(monkeypatch, *words) == 2
+    assert "is an input, and would be replaced" in capsys.readouterr().err
+    assert (tmp_path / name).read_bytes() == before
