@@ -137,11 +137,12 @@ def page(missions: Sequence[LiveMission], command: str) -> str:
     ]
     if of_one_place:
         lines.append(
-            f"Of {len(of_one_place)} pairs of one place {len(merged)} were merged rightly, {wrong} were published in a"
-            " wrong place on the way."
+            f"Pairs of one place: {len(merged)} of {len(of_one_place)} were merged rightly, {wrong} of them or of the"
+            " others were published in a wrong place on the way."
         )
     if others:
-        lines.append(f"Of {len(others)} pairs of two places {sum(each.wrong > 0 for each in others)} were published.")
+        published = sum(each.wrong > 0 for each in others)
+        lines.append(f"Pairs of two places: {published} of {len(others)} were published.")
     lines.append("")
     if merged:
         seconds = _quartiles([each.merged_s or 0.0 for each in merged])

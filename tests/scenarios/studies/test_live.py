@@ -28,7 +28,7 @@ def test_a_mission_is_merged_rightly_before_it_ends(dataset, tmp_path):
     assert 0 < mission.merged_s < mission.duration_s
     assert 0 < mission.overlap <= 1
     page = (tmp_path / "live.md").read_text()
-    assert "Of 1 pairs of one place 1 were merged rightly, 0 were published in a wrong place on the way." in page
+    assert "Pairs of one place: 1 of 1 were merged rightly, 0 of them" in page
 
 
 def test_a_placement_beside_the_truth_counts_as_wrong(dataset, monkeypatch):
@@ -73,4 +73,4 @@ def test_whatever_is_published_of_two_places_is_wrong(dataset, tmp_path, monkeyp
     live.write_live(dataset, tmp_path / "live.md")
 
     assert live.replay_mission(source).wrong > 0
-    assert "Of 1 pairs of two places 1 were published." in (tmp_path / "live.md").read_text()
+    assert "Pairs of two places: 1 of 1 were published." in (tmp_path / "live.md").read_text()
