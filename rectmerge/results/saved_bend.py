@@ -6,9 +6,13 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from rectmerge.elastic.transform import BentTransform
 from rectmerge.results.alignment_json import AlignmentFile, explain_errors
 from rectmerge.results.folder import BEND_NAME
+
+ROUNDED = 1e-6  # map units, radians: two ways to the same placement differ by less
 
 
 def read_bend(file: AlignmentFile) -> BentTransform | None:
@@ -43,6 +47,7 @@ def bend_of(content: Mapping[str, Any], placed: Mapping[str, Any]) -> BentTransf
     """
     bend = BentTransform.from_dict(content)
     own = bend.b_to_a
-    if [own.scale, own.angle, own.tx, own.ty] != [placed["scale"], placed["angle_rad"], *placed["translation"]]:
+    recorded = [placed["scale"], placed["angle_rad"], *placed["translation"]]
+    if not np.allclose([own.scale, own.angle, own.tx, own.ty], recorded, rtol=0, atol=ROUNDED):
         raise ValueError("it is of another merge")
     return bend

@@ -54,7 +54,8 @@ def make_drive_field(world: World) -> DriveField:
     met = tuple(replace(p, bottom=0.0) for p in world.obstacles if p.bottom < ROBOT_HEIGHT_M)
     free = replace(world, walls=met, furniture=(), glass=()).raster(CELL_M / 2, height_m=0.0).free[::-1]
     free = np.pad(free, ((0, free.shape[0] % 2), (0, free.shape[1] % 2)))
-    clearance = exact_distance(~np.pad(free, 1))[1:-1, 1:-1] * (CELL_M / 2)
+    # in single precision: of clearances that are just what is asked, data sets made before decide alike
+    clearance = exact_distance(~np.pad(free, 1))[1:-1, 1:-1].astype(np.float32) * (CELL_M / 2)
     clearance = np.minimum.reduce([clearance[r::2, c::2] for r in (0, 1) for c in (0, 1)])
     count, labels, stats, _ = cv2.connectedComponentsWithStats(
         (clearance >= KEEP_OFF_M).astype(np.uint8), connectivity=4
@@ -62,7 +63,7 @@ def make_drive_field(world: World) -> DriveField:
     if count < 2:
         raise SimulationError(f"a robot fits nowhere in this {world.family or 'world'}")
     largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    return DriveField(clearance, labels == largest)
+    return DriveField(clearance.astype(np.float64), labels == largest)
 
 
 def find_standing_spot(field: DriveField, room: Room) -> NDArray[np.float64] | None:

@@ -95,6 +95,12 @@ def test_bad_use_is_one_line(merged, capsys, words, message):
     assert message in capsys.readouterr().err
 
 
+def shifted(text):
+    content = json.loads(text)
+    content["b_to_a"]["translation"][0] += 5.0
+    return json.dumps(content)
+
+
 @pytest.mark.parametrize(
     ("damage", "message"),
     [
@@ -102,6 +108,7 @@ def test_bad_use_is_one_line(merged, capsys, words, message):
         (lambda path: path.write_text("{}"), "unbend.json: not an answer of rectmerge merge: there is no 'schema'"),
         (lambda path: path.write_text("[1]"), "unbend.json: not an answer of rectmerge merge"),
         (lambda path: path.write_text(path.read_text().replace('"scale": ', '"scale": 1')), "it is of another merge"),
+        (lambda path: path.write_text(shifted(path.read_text())), "it is of another merge"),
     ],
 )
 def test_a_damaged_bend_is_named(merged, tmp_path, capsys, damage, message):
