@@ -23,7 +23,7 @@ noise = [0, 1]
 world = { size_m = [14.0, 10.0], rooms = 6, oblique = 0.0, furniture = 0.0 }
 mission = { rays = "compiled", max_seconds = 40, a = { lidar = { beams = 180 } }, b = { lidar = { beams = 180 } } }
 a = { resolution = 0.06, turn_deg = "random" }
-b = { resolution = 0.05, turn_deg = 90.0, turn = "image", hide_resolution = false }
+b = { resolution = 0.052, turn_deg = 90.0, turn = "image", hide_resolution = false }
 """
 
 
